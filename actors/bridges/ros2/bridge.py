@@ -182,7 +182,7 @@ class Bridge:
                 for received in self._from_ros.values():
                     received.look_again()
                 for passed_on in self._from_callboard.values():
-                    passed_on.send_last_words(self._is_here)
+                    passed_on.publish_for_departed(self._is_here)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
@@ -404,9 +404,9 @@ class Bridge:
             profiles = wanted.theirs.intake.get(key, ())
             if not profiles and topic.is_received:
                 profiles = wanted.theirs.latched.get(key, ())
-            self._attempt(topic.take, profiles)
+            self._attempt(topic.set_intake, profiles)
         for key, here in self._from_callboard.items():
-            here.take(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
+            here.set_intake(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
         for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
             for key in [key for key, topic in topics.items() if topic.is_idle]:
                 del topics[key]

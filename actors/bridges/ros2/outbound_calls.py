@@ -233,7 +233,7 @@ class _Server:
         end = self._loop.time() + services.FEEDBACK_SEC
         while self._loop.time() < end:
             topic = self._feedback()
-            if topic is not None and topic.is_heard():
+            if topic is not None and topic.is_connected():
                 return
             await asyncio.sleep(services.FEEDBACK_POLL_SEC)
 
@@ -373,7 +373,7 @@ class _Server:
         topic = self._feedback()
         if topic is None:
             return
-        topic.take_now()
+        topic.receive_now()
         for mirror, shown in self.mirrors.items():
             publisher = topic.publisher_on(mirror.node)
             if publisher is not None:

@@ -1,4 +1,4 @@
-"""Topics that cross: who receives on one side, and which mirrors send on the other."""
+"""Topics that cross: which subscriptions receive on one side, and which mirrors publish on the other."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from actors.endpoints.subscription.subscription import Subscription
     from actors.node.bare_node import BareNode
 
-LAST_WORDS: Final = QoSProfile(depth=100)
-"""The QoS of messages whose publisher nobody has seen: that of most publishers."""
+DEPARTED: Final = QoSProfile(depth=100)
+"""The QoS for messages of publishers that left before the graph showed what they offer: that of most."""
 REPLAYS: Final = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """The QoS that brings latched messages again."""
 REPLAY_SEC: Final = 30.0
@@ -40,17 +40,17 @@ meanwhile."""
 class TopicFromRos:
     """One topic of ROS 2, received there and published by mirrors here.
 
-    Every subscription of callboard is shown in ROS 2 as one of its own, but only one of these takes messages:
-    the others exist to be seen, and keep no more than they must. If publishers offer different QoS, one takes
-    for each kind of offer.
+    Every subscription of callboard has a mirror in ROS 2, but only one of them receives messages: the others
+    exist to be seen, and keep no more than they must. If publishers offer different QoS, one receives for
+    each profile of the plan's intake.
 
     Args:
         topic: The name of the topic in ROS 2.
         types: Its type.
-        observer: Knows to which node a publisher belongs.
-        control: The node of the bridge in ROS 2, for a second subscription.
+        observer: Knows the nodes and offers of publishers.
+        control: The bridge's own node in ROS 2, for subscriptions with profiles that no mirror has.
         counts: Counts what crosses.
-        convert: Makes a message of callboard of one of ROS 2; raises InvalidMessageError.
+        convert: Converts a message of ROS 2 to one of callboard; raises InvalidMessageError.
     """
 
     def __init__(
@@ -70,56 +70,58 @@ class TopicFromRos:
         self._crossing = Crossing(convert, counts, self._node_of)
         self._publishers: dict[Mirror, Publisher[Any]] = {}
         self._shown: dict[Mirror, RosSubscription] = {}
+        """The mirrors of subscriptions."""
         self._nodes: dict[Mirror, RosNode] = {}
         """The nodes that they are shown on."""
         self._deep: dict[QoSProfile, Mirror] = {}
-        """By profile, the one that keeps as much as it says, to take messages."""
+        """By profile, the mirror that keeps as many messages as the profile says, so that it can receive."""
         self._own: dict[QoSProfile, RosSubscription] = {}
         """Subscriptions of the bridge itself, for profiles that no mirror has."""
-        self._takers: dict[QoSProfile, RosSubscription] = {}
+        self._receivers: dict[QoSProfile, RosSubscription] = {}
+        """By profile of the intake, the subscription that receives."""
         self._profiles: tuple[QoSProfile, ...] = ()
         self._replays = _Replays(self._replay_subscription)
         self._leaving: set[RosSubscription] = set()
-        """Those that go on taking for a moment: their mirrors have gone, or got another name or QoS."""
+        """Subscriptions that go on receiving for a moment, though their mirrors have gone or changed."""
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing of it is left."""
+        """Whether nothing is shown or received any more."""
         return not (self._publishers or self._shown or self._own or self._leaving)
 
     @property
     def is_received(self) -> bool:
-        """Whether its messages are taken now."""
-        return bool(self._takers)
+        """Whether its messages are received now."""
+        return bool(self._receivers)
 
-    def is_heard(self) -> bool:
-        """Return whether what is published from now on is received: DDS has connected a taker."""
-        return any(each.publisher_count() for each in self._takers.values())
+    def is_connected(self) -> bool:
+        """Return whether DDS has matched a subscription that receives, so that nothing new is missed."""
+        return any(each.publisher_count() for each in self._receivers.values())
 
-    def take_now(self) -> None:
-        """Publish here what has arrived."""
-        for each in tuple(self._takers.values()):
+    def receive_now(self) -> None:
+        """Receive what has arrived, before the loop would do so."""
+        for each in tuple(self._receivers.values()):
             each.take_now()
 
     def publisher_on(self, node: str) -> Publisher[Any] | None:
-        """Return a publisher that is shown on a node here."""
+        """Return a publisher that is shown on a node in callboard; None if there is none."""
         return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
 
     def look_again(self) -> None:
-        """Find the nodes of publishers that were heard before the graph showed them."""
+        """Find the nodes of publishers whose messages arrived before the graph showed them."""
         self._crossing.look_again()
 
     def _node_of(self, gid: bytes) -> str | None:
         return self._observer.node_of(self._topic, gid)
 
     def add_publisher(self, mirror: Mirror, bare: BareNode) -> Publisher[Any]:
-        """Show a publisher of ROS 2 on a node here, and publish its messages there."""
+        """Show a publisher of ROS 2 on a node in callboard, which publishes its messages from now on."""
         assert mirror.qos is not None
         publisher = bare.create_publisher(self._types.ours, mirror.name, mirror.qos)
         self._publishers[mirror] = publisher
 
         def send(data: bytes, stamp_ns: int) -> None:
-            if publisher.refusal:  # by the broker, which publishers are not told when they publish
+            if publisher.refusal:  # by the broker; publishing does not raise for it
                 raise PublisherRefused(publisher.refusal)
             publisher.publish_encoded(data, stamp_ns)
 
@@ -127,7 +129,7 @@ class TopicFromRos:
         return publisher
 
     def add_subscription(self, mirror: Mirror, node: RosNode) -> None:
-        """Show a subscription of callboard on a node of ROS 2."""
+        """Show a subscription of callboard on a node in ROS 2."""
         qos = mirror.qos
         assert qos is not None
         is_deep = qos not in self._deep
@@ -141,15 +143,15 @@ class TopicFromRos:
         return node.create_subscription(self._types.theirs, self._topic, qos)
 
     def remove(self, mirror: Mirror, *, is_replaced: bool = False) -> float:
-        """Show a publisher or subscription no longer.
+        """Hide a publisher or subscription.
 
         Args:
-            mirror: Which one.
+            mirror: Its mirror.
             is_replaced: Whether it is a latched publisher that is made again, and needs what it kept.
 
         Returns:
-            In how many seconds it will have gone. A publisher of ROS 2 that has just come may have sent its
-            messages to this subscription, and DDS needs a moment to connect the one that follows.
+            The seconds until it is destroyed. A new publisher of ROS 2 may have sent messages to this
+            subscription, and DDS needs a moment to match the subscription that follows.
         """
         if mirror in self._publishers:
             self._publishers.pop(mirror).destroy()
@@ -162,10 +164,10 @@ class TopicFromRos:
             del self._nodes[mirror]
             is_deep = mirror in self._deep.values()
             self._deep = {qos: each for qos, each in self._deep.items() if each != mirror}
-            self._takers = {qos: each for qos, each in self._takers.items() if each is not subscription}
+            self._receivers = {qos: each for qos, each in self._receivers.items() if each is not subscription}
             if is_deep and mirror.qos is not None:
                 self._leaving.add(subscription)
-                subscription.listen(partial(self._received, mirror.qos))
+                subscription.listen(partial(self._accept, mirror.qos))
                 asyncio.get_running_loop().call_later(LINGER_SEC, self._left, subscription)
                 return LINGER_SEC
             subscription.destroy()
@@ -176,23 +178,26 @@ class TopicFromRos:
             self._leaving.discard(subscription)
             subscription.destroy()
 
-    def take(self, profiles: tuple[QoSProfile, ...]) -> None:
-        """Receive from now on.
+    def set_intake(self, profiles: tuple[QoSProfile, ...]) -> None:
+        """Receive with these subscriptions, and with no others, from now on.
 
         Args:
-            profiles: The QoS of the subscriptions that take, the strongest first; none to receive nothing.
+            profiles: The QoS of the subscriptions that receive, the strongest first; none to receive nothing.
+
+        Raises:
+            RosError: ROS 2 refuses a subscription.
         """
-        if not self._profiles:  # otherwise what is published until others take is lost
+        if not self._profiles:  # otherwise gaps in the numbers are losses, also those of this change
             self._crossing.begin()
         self._profiles = profiles
-        for qos in tuple(self._takers):
+        for qos in tuple(self._receivers):
             if qos not in profiles:
-                self._takers.pop(qos).listen(None)
+                self._receivers.pop(qos).listen(None)
         for qos in profiles:
-            if qos not in self._takers:
-                self._takers[qos] = self._taker(qos)
+            if qos not in self._receivers:
+                self._receivers[qos] = self._receiver(qos)
         for qos, subscription in tuple(self._own.items()):
-            if self._takers.get(qos) is not subscription:
+            if self._receivers.get(qos) is not subscription:
                 del self._own[qos]
                 subscription.destroy()
         self._replays.follow(self._crossing, is_received=bool(profiles))
@@ -204,11 +209,11 @@ class TopicFromRos:
         )
         return subscription
 
-    def _taker(self, qos: QoSProfile) -> RosSubscription:
+    def _receiver(self, qos: QoSProfile) -> RosSubscription:
         if qos in self._deep:
             subscription = self._shown[self._deep[qos]]
         elif mirror := next((each for each in self._shown if each.qos == qos), None):
-            # The one that took is gone: this one keeps more from now on.
+            # The mirror that received has gone: another one keeps more from now on.
             subscription = self._subscription(self._nodes[mirror], qos)
             self._shown[mirror].destroy()
             self._shown[mirror] = subscription
@@ -216,31 +221,31 @@ class TopicFromRos:
         else:
             subscription = self._own.get(qos) or self._subscription(self._control, qos)
             self._own[qos] = subscription
-        subscription.listen(partial(self._taken, qos))
+        subscription.listen(partial(self._received, qos))
         return subscription
 
-    def _received(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
+    def _accept(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
         profiles = self._profiles
         if len(profiles) > 1:
-            # Every publisher matches the weakest profile, too, but each message is taken once.
+            # Every publisher matches the weakest profile, too, but each message crosses once.
             offer = self._observer.offer_of(self._topic, info.gid)
             if profiles[len(profiles) - 1 if offer is None else receiver_of(profiles, offer)] != qos:
                 return
         self._crossing.receive(data, info.gid, info.sequence, _stamp_of(info))
 
-    def _taken(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
-        # What is older has arrived there, and would count as repeated after this.
+    def _received(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
+        # Older messages may have arrived at subscriptions that leave, and would count as repeated after this.
         for each in tuple(self._leaving):
             each.take_now()
-        self._received(qos, data, info)
+        self._accept(qos, data, info)
 
     def close(self) -> None:
-        """Show and receive nothing any more."""
+        """Hide everything, and receive nothing."""
         for mirror in (*self._publishers, *self._shown):
             self.remove(mirror)
         for subscription in tuple(self._leaving):
             self._left(subscription)
-        self.take(())
+        self.set_intake(())
 
 
 class TopicFromCallboard:
@@ -249,11 +254,11 @@ class TopicFromCallboard:
     Args:
         topic: The name of the topic in callboard.
         types: Its type.
-        own: The bridge's node in callboard, for subscriptions that no mirror has.
-        control: The node of the bridge in ROS 2, for messages of nodes that have gone.
+        own: The bridge's own node in callboard, for subscriptions with profiles that no mirror has.
+        control: The bridge's own node in ROS 2, for messages of nodes that have gone.
         counts: Counts what crosses.
         theirs: The name of the topic in ROS 2.
-        convert: Makes a message of ROS 2 of one of callboard; raises InvalidMessageError.
+        convert: Converts a message of callboard to one of ROS 2; raises InvalidMessageError.
     """
 
     def __init__(
@@ -272,7 +277,7 @@ class TopicFromCallboard:
         self._types = types
         self._node = own
         self._control = control
-        # Each publisher's node comes with its messages.
+        # Messages of callboard name the node that published them.
         self._crossing = Crossing(convert, counts, lambda _: "")
         self._counts = counts
         self._publishers: dict[Mirror, PatientPublisher] = {}
@@ -282,20 +287,20 @@ class TopicFromCallboard:
         """Subscriptions with the profiles that no mirror has."""
         self._replays = _Replays(self._replay_subscription)
         self._profiles: tuple[QoSProfile, ...] = ()
-        self._receivers: Mapping[str, int] = {}
+        self._receiver_by_node: Mapping[str, int] = {}
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing of it is left."""
+        """Whether nothing is shown or received any more."""
         return not (self._publishers or self._leaving or self._subscriptions or self._own)
 
     @property
     def subscription(self) -> Subscription[Any] | None:
-        """The subscription that receives; None if nobody listens in ROS 2."""
+        """A subscription that receives; None if ROS 2 has no subscription."""
         return next(iter(self._subscriptions.values()), None)
 
     def add_publisher(self, mirror: Mirror, node: RosNode) -> None:
-        """Show a publisher of callboard on a node of ROS 2, and publish its messages there."""
+        """Show a publisher of callboard on a node in ROS 2, which publishes its messages from now on."""
         assert mirror.qos is not None
         publisher = PatientPublisher(
             node.create_publisher(self._types.theirs, mirror.name, mirror.qos),
@@ -305,17 +310,17 @@ class TopicFromCallboard:
         self._publishers[mirror] = publisher
         self._crossing.add_mirror(mirror.source_node, publisher.publish)
 
-    def send_last_words(self, is_here: Callable[[str], bool]) -> None:
-        """Publish the messages of nodes that have left before they had a mirror.
+    def publish_for_departed(self, is_here: Callable[[str], bool]) -> None:
+        """Publish messages of nodes that left before they had a mirror.
 
         Args:
-            is_here: Returns whether callboard has a node of a name.
+            is_here: Returns whether callboard's graph has a native node of a name.
         """
         for node in self._crossing.waiting:
             if is_here(node):
                 continue
             publisher = PatientPublisher(
-                self._control.create_publisher(self._types.theirs, self._theirs, LAST_WORDS),
+                self._control.create_publisher(self._types.theirs, self._theirs, DEPARTED),
                 self._counts,
                 asyncio.get_running_loop(),
             )
@@ -324,7 +329,7 @@ class TopicFromCallboard:
             publisher.leave(partial(self._left, "", publisher))
 
     def add_subscription(self, mirror: Mirror, bare: BareNode) -> Subscription[Any]:
-        """Show a subscription of ROS 2 on a node here, and receive."""
+        """Show a subscription of ROS 2 on a node in callboard; it receives."""
         assert mirror.qos is not None
         subscription = self._subscriptions[mirror] = self._subscription(bare, mirror.qos)
         return subscription
@@ -334,15 +339,15 @@ class TopicFromCallboard:
         return node.create_subscription(self._types.ours, self._topic, received, qos, raw=True)
 
     def remove(self, mirror: Mirror, *, is_replaced: bool = False) -> float:
-        """Show a publisher or subscription no longer.
+        """Hide a publisher or subscription.
 
         Args:
-            mirror: Which one.
+            mirror: Its mirror.
             is_replaced: Whether it is a latched publisher that is made again, and needs what it kept.
 
         Returns:
-            In how many seconds it will have gone: messages that its original has published as its last ones
-            may still arrive, and leave.
+            The seconds until it is destroyed: the last messages of its original may still arrive, and must be
+            sent.
         """
         if mirror in self._publishers:
             publisher = self._publishers.pop(mirror)
@@ -361,16 +366,16 @@ class TopicFromCallboard:
         self._leaving.discard(publisher)
         self._crossing.remove_mirror(node, publisher.publish)
 
-    def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
+    def set_intake(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
         """Receive with further subscriptions, if publishers offer different QoS.
 
         Args:
-            profiles: As for `TopicFromRos.take`; those of mirrors have the last one.
-            receivers: If there are several, by node, the index of the one whose messages of the node count.
+            profiles: As for `TopicFromRos.set_intake`; those of mirrors have the last one.
+            receivers: If there are several, by node, the index of the one that accepts the node's messages.
         """
         if not self._profiles:
             self._crossing.begin()
-        self._profiles, self._receivers = profiles, receivers
+        self._profiles, self._receiver_by_node = profiles, receivers
         for qos in self._own.keys() - {*profiles[:-1]}:
             self._own.pop(qos).destroy()
         for qos in profiles[:-1]:
@@ -387,31 +392,31 @@ class TopicFromCallboard:
         return self._node.create_subscription(self._types.ours, self._topic, received, REPLAYS, raw=True)
 
     def _received(self, qos: QoSProfile, data: bytes, info: MessageInfo) -> None:
-        if self._receivers:
+        if self._receiver_by_node:
             last = len(self._profiles) - 1
-            if self._profiles[self._receivers.get(info.publisher_node, last)] != qos:
+            if self._profiles[self._receiver_by_node.get(info.publisher_node, last)] != qos:
                 return
-        # All subscriptions of a topic bring the same messages, in the same order: those after the first are
-        # known by their numbers.
+        # All subscriptions of a topic receive the same messages in the same order; all but the first of each
+        # are recognised by their numbers, and dropped.
         self._crossing.receive(
             data, info.publisher_gid, info.publication_sequence_number, info.source_timestamp,
             info.publisher_node,
         )  # fmt: skip
 
     def close(self) -> None:
-        """Show and receive nothing any more."""
+        """Hide everything, and receive nothing."""
         for mirror in (*self._publishers, *self._subscriptions):
             self.remove(mirror)
         for publisher in tuple(self._leaving):
             publisher.destroy()
-        self.take((), {})
+        self.set_intake((), {})
 
 
 class _Replays:
-    """A subscription beside those that take, for a while: latched messages arrive again.
+    """A second subscription for a while, by which latched messages arrive again.
 
     Args:
-        subscribe: Makes it.
+        subscribe: Makes the subscription.
     """
 
     def __init__(self, subscribe: Callable[[], RosSubscription | Subscription[Any]]) -> None:
@@ -424,7 +429,8 @@ class _Replays:
 
         Args:
             crossing: The topic.
-            is_received: Whether its messages are taken: whoever takes later gets all that is latched.
+            is_received: Whether its messages are received; otherwise a later subscription gets all that is
+                latched.
 
         Raises:
             RosError: ROS 2 refuses the subscription.

@@ -195,10 +195,10 @@ class FeedbackFromRos:
         self.arrived: list[Any] = []
         self.heard = False
 
-    def is_heard(self) -> bool:
+    def is_connected(self) -> bool:
         return self.heard
 
-    def take_now(self) -> None:
+    def receive_now(self) -> None:
         for each in self.arrived:
             self._publisher.publish(each)
         self.arrived.clear()

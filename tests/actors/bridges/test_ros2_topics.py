@@ -99,10 +99,10 @@ async def test_what_is_only_shown_keeps_one_message(received: Received) -> None:
     """Nobody takes from it, so that it would keep its depth of the newest messages for ever."""
     first = received.subscribe("/first")
     received.subscribe("/second")
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     assert received.depths == {"/first": 100, "/second": 1}
     assert received.topic.remove(first) == LINGER_SEC
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     await until(lambda: received.depths == {"/second": 100})
     await received.arrive(1)
     assert received.publisher.published == [(b"text", 5)]
@@ -114,7 +114,7 @@ async def test_what_arrives_at_a_mirror_that_has_gone_crosses(received: Received
     received.topic.remove(first)
     await received.arrive(1)
     received.subscribe("/talker_callboard")
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     await received.arrive(2)
     await received.arrive(3)
     assert (received.counts.sent, received.counts.repeated, received.counts.lost) == (3, 2, 0)
@@ -130,20 +130,20 @@ async def test_a_mirror_that_only_was_seen_goes_at_once(received: Received) -> N
 
 async def test_what_is_lost_while_a_subscription_is_made_again_is_counted(received: Received) -> None:
     """By the gap in the numbers; what is published while nobody wants it is not lost."""
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     await received.arrive(1)
-    received.topic.take((QoSProfile(depth=10),))
+    received.topic.set_intake((QoSProfile(depth=10),))
     await received.arrive(4)
     assert received.counts.lost == 2
-    received.topic.take(())
-    received.topic.take((DEPTH,))
+    received.topic.set_intake(())
+    received.topic.set_intake((DEPTH,))
     await received.arrive(9)
     assert (received.counts.lost, received.counts.sent) == (2, 3)
 
 
 async def test_what_the_broker_refuses_is_not_counted_as_sent(received: Received) -> None:
     """A publisher that may not publish drops its messages without a word."""
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     received.publisher.refusal = "no right to publish /text"
     await received.arrive(1)
     assert received.counts.sent == 0
@@ -152,6 +152,6 @@ async def test_what_the_broker_refuses_is_not_counted_as_sent(received: Received
 
 async def test_a_message_without_a_time_has_that_of_its_arrival(received: Received) -> None:
     """Programs of DDS that are not ROS 2's may write none, which is negative."""
-    received.topic.take((DEPTH,))
+    received.topic.set_intake((DEPTH,))
     await received.arrive(1, source_ns=-1)
     assert received.publisher.published == [(b"text", 7)]
