@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -26,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tests.hostile.attacking import find_attacks
-from tests.hostile.victims import Attack, Processes, Started, Victim
+from tests.hostile.victims import Attack, Processes, Started, Victim, wait_until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,6 +116,7 @@ def measure(name: str, attack: Attack, victim: Victim, seconds: float) -> Result
         bystander = processes.start(
             victim.bystander, *attacked.bystander, stdin=subprocess.PIPE, stdout=output, env=attacked.env
         )
+        wait_until("the bystander", lambda: os.fstat(output.fileno()).st_size)
         time.sleep(WARM_SEC)
         calm = time.monotonic()
         time.sleep(seconds)

@@ -83,6 +83,10 @@ class Processes:
         self._stack.callback(process.kill)
         return process
 
+    def at_end(self, function: Callable[[], object]) -> None:
+        """Call a function when the processes that start from now on have ended."""
+        self._stack.callback(function)
+
     def broker(self, name: str, *options: str) -> tuple[int, str]:
         """Start a broker; return its process id and its URL."""
         file = self.folder / name

@@ -105,7 +105,7 @@ def test_a_publisher_that_is_connected_sends_at_once() -> None:
 
 
 def test_messages_wait_for_a_limited_time_and_number() -> None:
-    """What is too much is dropped and counted; the rest is sent though nobody seems to listen."""
+    """Case 92: what is too much is dropped and counted; the rest is sent though nobody seems to listen."""
     world = World()
     for _ in range(MAX_WAITING + 3):
         world.publisher.publish(b"x", 0)

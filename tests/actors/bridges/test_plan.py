@@ -411,7 +411,7 @@ def test_a_name_that_becomes_too_long() -> None:
 
 
 def test_a_side_has_a_limit_of_mirrors() -> None:
-    """Beyond the limit whole topics and services are left out on both sides, always the same."""
+    """Case 90: beyond the limit whole topics and services are left out on both sides, always the same."""
     there = side(*(endpoint(f"/n{index}", PUBLISHER, f"/t{index}") for index in range(5)))
     here = side(endpoint("/ui", SUBSCRIPTION, "/t4"))
     plan = planned(here, there, max_endpoints=3)

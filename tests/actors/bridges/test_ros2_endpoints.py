@@ -111,7 +111,7 @@ async def test_what_ros_refuses(side: Side) -> None:
 
 
 async def test_messages_are_taken_in_shares(side: Side) -> None:
-    """At most so many in one turn of the loop; an exception of the callback does not stop the others."""
+    """Case 92: at most so many in one turn of the loop; an exception of the callback stops no others."""
     taken: list[bytes] = []
 
     def callback(cdr: bytes, info: Any) -> None:

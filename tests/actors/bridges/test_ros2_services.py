@@ -305,7 +305,7 @@ async def test_a_server_with_another_request_is_not_shown(sides: Sides) -> None:
 
 
 async def test_more_than_the_queue_takes_are_refused_at_once(sides: Sides) -> None:
-    """With the error that says so; those that wait are answered."""
+    """Case 91: with the error that says so; those that wait are answered."""
     sides.show_here()
     client = await sides.client()
     most = MAX_IN_FLIGHT + MAX_WAITING
