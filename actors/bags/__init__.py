@@ -22,6 +22,9 @@ with lazy_imports(__name__):
     from actors.bags.errors import BagWriteError as BagWriteError
     from actors.bags.errors import InvalidBagError as InvalidBagError
     from actors.bags.errors import MissingExtraError as MissingExtraError
+    from actors.bags.recorder.options import RecorderOptions as RecorderOptions
+    from actors.bags.recorder.recorder import Recorder as Recorder
+    from actors.bags.recorder.selection import Selection as Selection
     from actors.bags.records import BagMessage as BagMessage
     from actors.bags.records import BagTopic as BagTopic
     from actors.bags.writer import Writer as Writer

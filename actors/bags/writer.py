@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 DROPPED_KEY: Final = "callboard.dropped"
 """Custom data, and a Metadata record: lost messages by topic, as JSON and as numbers."""
+LOSSES_KEY: Final = "callboard.losses"
+"""Custom data: what else is known of lost messages, by topic, as JSON."""
 MIN_BAG_SIZE: Final = 1024
 """The least size at which a bag can be split; rosbag2's."""
 MAX_LATCHED: Final = 10_000
@@ -126,6 +128,7 @@ class Writer:
             self._options["chunk_size"] = chunk_size
         self._custom_data = dict(custom_data or {})
         self._losses: dict[str, int] = {}
+        self._details: dict[str, Any] = {}
         self._topics: list[_Topic] = []
         self._numbers: dict[tuple[str, str, str], int] = {}
         self._latched = _Latched()
@@ -155,6 +158,11 @@ class Writer:
     def topics(self) -> list[BagTopic]:
         """The topics in the order of their numbers; the first has the number 0."""
         return [each.topic for each in self._topics]
+
+    @property
+    def file(self) -> Path:
+        """The path of the file that is written now."""
+        return self._file.path
 
     def _open_file(self) -> McapFileWriter:
         from actors.bags.mcap_writer import McapFileWriter  # noqa: PLC0415 - needs the extra
@@ -244,13 +252,15 @@ class Writer:
             self._file.write(self._topics[number].channel, data, self._last_ns, publish_time_ns, sequence)
             self._file_start_ns = self._last_ns
 
-    def set_losses(self, losses: Mapping[str, int]) -> None:
+    def set_losses(self, losses: Mapping[str, int], details: Mapping[str, Any] | None = None) -> None:
         """Set what the bag says of lost messages; `callboard bag info` shows it.
 
         Args:
             losses: The number of messages that were not recorded, by topic.
+            details: What else is known of them, by topic, for metadata.yaml: plain data.
         """
         self._losses = dict(losses)
+        self._details = dict(details or {})
 
     def lost(self) -> dict[str, int]:
         """Return the messages that were given to `write` and are in no file, by topic: the disk was full."""
@@ -317,6 +327,8 @@ class Writer:
         custom_data = dict(self._custom_data)
         if losses := self._all_losses():
             custom_data[DROPPED_KEY] = json.dumps(losses)
+        if self._details:
+            custom_data[LOSSES_KEY] = json.dumps(self._details)
         return BagMetadata(
             version=VERSION,
             storage_identifier="mcap",

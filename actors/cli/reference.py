@@ -20,6 +20,12 @@ _ROS: Final = {"spin_time", "no_daemon", "use_sim_time"}
 """The options of `add_ros_options`, as far as they change nothing."""
 
 DIFFERENCES: Final = {
+    "bag record -s": "It writes MCAP files only: `sqlite3` is refused.",
+    "bag record --max-cache-duration": "It is left out: `--max-cache-size` limits what a snapshot has.",
+    "bag record --static-topics-path": "It is left out: named topics are awaited anyway.",
+    "bag record --stats_max_publishing_rate": "It is left out: the bag says what was lost.",
+    "bag record --storage-config-file": "It is left out: `--compression`, `--fsync` are what it would set.",
+    "bag record --storage-preset-profile": "`fastwrite` is refused: many readers show its files as empty.",
     "launch NAME:=VALUE": "A file may be given alone, without a package in front of it.",
     "param set NAME": "Several pairs of a name and a value may follow each other.",
     "pkg create --build-type": "Packages are Python packages: `cmake` and `ament_cmake` are refused.",
@@ -30,6 +36,12 @@ DIFFERENCES: Final = {
 """By a verb and one of its arguments or options, what is different from ROS 2's parser."""
 
 _BEHAVIOUR: Final = {
+    "`bag record`": (
+        "The node's name is `bag_recorder`. `--compression` is callboard's; `--compression-mode file` and "
+        "`message` compress the chunks of files, too, so that all readers of MCAP read them. Each file "
+        "begins with the newest latched messages. A topic that is named is awaited, so that its first "
+        "message is recorded. 10,000 messages of a topic may wait rather than 10."
+    ),
     "all verbs": (
         "Options cannot be abbreviated (`--trunc` for `--truncate-length`). Exit codes tell failures apart, "
         "as above; ROS 2's are 0, 1 and 2, and 0 also if a parameter could not be set."

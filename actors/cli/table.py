@@ -150,6 +150,12 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "info": Verb("print the traffic between brokers, and problems"),
         },
     ),
+    "bag": Group(
+        "record topics",
+        {
+            "record": Verb("write what topics carry into a bag", stays=True),
+        },
+    ),
     "bridge": Group(
         "put the nodes of another network into the graph",
         {
@@ -173,7 +179,6 @@ ALIASES: Final = {"wtf": "doctor"}
 """Other words for verbs, as in ROS 2."""
 
 ELSEWHERE: Final = {
-    "bag": "`callboard topic echo --json` records a topic, and `callboard topic pub --stdin` plays it back",
     "component": "there are no component containers; a launch file runs nodes in one process (`node=`)",
     "control": "there is no controller manager; `callboard service call` calls the services of a node",
     "daemon": "there is no daemon to start or stop; each command asks the broker (`callboard broker`)",

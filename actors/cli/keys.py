@@ -1,0 +1,55 @@
+"""Keys that are pressed while a command runs, if it is in front of a terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from actors.cli.stdin import pieces
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator, Generator
+
+
+async def keys() -> AsyncGenerator[str]:
+    """Yield each key as it is pressed; end at once if stdin is no terminal, or another program has it.
+
+    The terminal echoes nothing meanwhile and does not wait for the end of a line; it is as before when the
+    generator is closed. Ctrl-C and others still send signals. A key that sends several characters, such as
+    an arrow, is one text.
+    """
+    number = _terminal()
+    if number is None:
+        return
+    with _unbuffered(number):
+        async for text in pieces():
+            if text.startswith("\x1b"):
+                yield text
+                continue
+            for key in text:
+                yield key
+
+
+def _terminal() -> int | None:
+    """Return the descriptor of stdin if it is this process's terminal."""
+    try:
+        number = sys.stdin.fileno()
+        # In the background, reading would stop the process.
+        return number if os.isatty(number) and os.tcgetpgrp(number) == os.getpgrp() else None
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+@contextmanager
+def _unbuffered(number: int) -> Generator[None]:
+    import termios  # noqa: PLC0415 - Windows has none
+    import tty  # noqa: PLC0415 - as termios
+
+    before = termios.tcgetattr(number)
+    try:
+        tty.setcbreak(number, termios.TCSANOW)
+        yield
+    finally:
+        termios.tcsetattr(number, termios.TCSANOW, before)

@@ -1,0 +1,96 @@
+"""Counts of what does not reach a bag."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from actors.bags.recorder.losses import MAX_GAPS, MAX_PUBLISHERS, TopicCounts, losses_of
+
+
+def test_gaps_and_drops_are_counted_by_publisher_and_number() -> None:
+    """What did not arrive is lost, what was not kept is dropped, each with its numbers."""
+    counts = TopicCounts()
+    for number in (4, 5, 9, 10):
+        counts.note(b"a", "/a", number)
+    counts.drop(b"a", 10)
+    counts.note(b"b", "/b", 0)
+    assert counts.document(counts.lost()) == {
+        "lost": 3,
+        "dropped": 1,
+        "invalid": 0,
+        "publishers": {"/a": {"lost": 3, "dropped": 1, "gaps": [[6, 3], [10, 1]]}},
+    }
+
+
+def test_latched_messages_are_no_gap() -> None:
+    """Numbers may go back; they continue where they were."""
+    counts = TopicCounts()
+    for number in (7, 3, 4, 8):
+        counts.note(b"a", "/a", number)
+    assert counts.lost() == 0
+
+
+def test_losses_before_the_first_message_count_too() -> None:
+    """A subscription counts messages lost before the first one; its count goes on with the next."""
+    counts = TopicCounts()
+    counts.note(b"a", "/a", 10)
+    assert counts.lost(2) == 2
+    counts.subscription_ended(2)
+    assert counts.lost(1) == 3
+
+
+def test_topics_that_lost_nothing_are_left_out() -> None:
+    """A bag without losses says nothing of them."""
+    whole, torn = TopicCounts(), TopicCounts()
+    torn.invalid = 1
+    found = losses_of({"/whole": whole, "/torn": torn}, {})
+    assert found == {"/torn": {"lost": 0, "dropped": 0, "invalid": 1, "publishers": {}}}
+
+
+def test_publishers_that_are_counted_by_themselves_are_limited() -> None:
+    """A thousand publishers of a topic at most, and the newest gaps of each; the topic's counts have all."""
+    counts = TopicCounts()
+    for index in range(MAX_PUBLISHERS + 5):
+        gid = str(index).encode()
+        counts.note(gid, f"/n{index}", 0)
+        counts.drop(gid, 0)
+    assert counts.dropped == MAX_PUBLISHERS + 5
+    assert len(counts.document(0)["publishers"]) == MAX_PUBLISHERS
+    counts = TopicCounts()
+    for index in range(0, 2 * (MAX_GAPS + 5), 2):
+        counts.note(b"a", "/a", index)
+    gaps = counts.document(counts.lost())["publishers"]["/a"]["gaps"]
+    assert len(gaps) == MAX_GAPS
+    assert gaps[-1] == [2 * (MAX_GAPS + 4) - 1, 1]
+
+
+def test_nodes_of_one_name_are_told_apart() -> None:
+    """Several publishers of a node, or of nodes that share a name, have a line each."""
+    counts = TopicCounts()
+    for gid in (b"a", b"b"):
+        counts.note(gid, "/n", 0)
+        counts.note(gid, "/n", 2)
+    assert list(counts.document(2)["publishers"]) == ["/n", "/n (2)"]
+
+
+@given(st.lists(st.sampled_from(["arrives", "lost", "dropped"]), min_size=1, max_size=60))
+def test_every_number_ends_in_one_count(fates: list[str]) -> None:
+    """Numbers missing between the first and the last that arrived are in the gaps, and nowhere else."""
+    counts, missing, pending, begun = TopicCounts(), set[int](), set[int](), False
+    for number, fate in enumerate(fates):
+        if fate == "lost":
+            if begun:
+                pending.add(number)
+            continue
+        begun = True
+        missing |= pending
+        pending.clear()
+        counts.note(b"a", "/a", number)
+        if fate == "dropped":
+            counts.drop(b"a", number)
+            missing.add(number)
+    document = counts.document(counts.lost())
+    gaps: list[list[int]] = document["publishers"].get("/a", {"gaps": []})["gaps"] if document else []
+    assert {first + each for first, count in gaps for each in range(count)} == missing
+    assert counts.lost() + counts.dropped == len(missing)
