@@ -48,6 +48,10 @@ class Ros:
         number = await self.ask("make_node", name, namespace, parameters)
         return RosNode(self, number, f"{namespace.rstrip('/')}/{name}")
 
+    async def lifecycle_node(self, name: str) -> RosNode:
+        """Make a lifecycle node."""
+        return RosNode(self, await self.ask("make_lifecycle_node", name), f"/{name}")
+
     async def kill(self) -> None:
         """Let the process die without a goodbye."""
         try:

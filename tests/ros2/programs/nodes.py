@@ -22,6 +22,7 @@ from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalRespons
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
@@ -119,6 +120,17 @@ def make_node(name, namespace="/", parameters=None):
         node = rclpy.create_node(name, namespace=namespace, parameter_overrides=overrides)
         for each in overrides:
             node.declare_parameter(each.name, each.value)
+        _thread.executor.add_node(node)
+        return node
+
+    return _keep(_do(make))
+
+
+def make_lifecycle_node(name):
+    """Make a lifecycle node; return its number."""
+
+    def make():
+        node = LifecycleNode(name)
         _thread.executor.add_node(node)
         return node
 
