@@ -27,6 +27,7 @@ class BareContext(NodeContext):
     Attributes:
         owner: The context of the node whose link, mailbox, clock and log it uses.
         apart: Endpoints of nodes with the same text do not match.
+        yields_name: Whether a node that does not share its name takes this one's.
     """
 
     owns_link = False
@@ -41,6 +42,7 @@ class BareContext(NodeContext):
         labels: Mapping[str, str],
         apart: str,
         shared_name: bool,
+        yields_name: bool,
         on_refused: Callable[[str], object] | None,
     ) -> None:
         owner.require_alive()
@@ -55,6 +57,7 @@ class BareContext(NodeContext):
         self.labels = dict(labels)
         self.apart = apart
         self.shared_name = shared_name
+        self.yields_name = yields_name
         self.declared = False
         self.refusal = self._reason = ""
         self.unread = 0
@@ -87,7 +90,7 @@ class BareContext(NodeContext):
             return frames.Undeclare(self.id)  # an unknown id, which brokers ignore; they refuse its endpoints
         frame = super().declaration()
         assert isinstance(frame, frames.Node)
-        return frame._replace(apart=self.apart)
+        return frame._replace(apart=self.apart, yields=self.yields_name)
 
     def accepted(self, number: int) -> None:
         """Note that the node is in the graph."""
@@ -98,13 +101,14 @@ class BareContext(NodeContext):
 
     def refused(self, code: int, text: str) -> None:
         """Note, log and report that the broker has refused the node."""
-        del code
         if self.destroyed:
             return
         self.declared = True
         self.refusal = self._reason = text or "it gives no reason"
         self.link.wake()
-        if self.may_log("refusals of the broker"):
+        if self.yields_name and code == ErrorCode.NAME_TAKEN:
+            self.log.debug(f"The node '{self.full_name}' has yielded its name: {text}")
+        elif self.may_log("refusals of the broker"):
             self.log.error(f"The broker refused the node '{self.full_name}': {text}")
         if self._refused_event is not None:
             self._refused_event.add(1)

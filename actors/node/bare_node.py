@@ -30,6 +30,7 @@ class BareNode(NodeEndpoints):
         labels: Mapping[str, str],
         apart: str,
         shared_name: bool,
+        yields_name: bool,
         on_refused: Callable[[str], object] | None,
     ) -> None:
         self._names = Remapper(node_name, namespace)
@@ -42,6 +43,7 @@ class BareNode(NodeEndpoints):
             labels=labels,
             apart=apart,
             shared_name=shared_name,
+            yields_name=yields_name,
             on_refused=on_refused,
         )
         self._context = self._bare

@@ -243,6 +243,7 @@ class Node(NodeEndpoints, NodeGraph, NodeParameters):
         labels: Mapping[str, str] | None = None,
         apart: str = "",
         shared_name: bool = False,
+        yields_name: bool = False,
         on_refused: Callable[[str], object] | None = None,
     ) -> BareNode:
         """Make a node without a process of its own: a name in the graph, with endpoints, on this node's link.
@@ -262,6 +263,9 @@ class Node(NodeEndpoints, NodeGraph, NodeParameters):
                 messages must not come back to it. Printable text of at most 256 bytes. A broker that does not
                 know it refuses the bare node.
             shared_name: As `NodeOptions.shared_name`.
+            yields_name: Whether a node that comes later and does not share its name takes this one's: the
+                broker refuses this one then, and `on_refused` may make another one. By an older broker the
+                newcomer is refused.
             on_refused: Called with the reason whenever a broker refuses it: `def` or `async def`. The link
                 and all other nodes go on.
 
@@ -283,6 +287,7 @@ class Node(NodeEndpoints, NodeGraph, NodeParameters):
             labels=labels or {},
             apart=apart,
             shared_name=shared_name,
+            yields_name=yields_name,
             on_refused=on_refused,
         )
 

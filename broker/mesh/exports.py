@@ -183,7 +183,8 @@ def declaration_of(endpoint: Endpoint) -> Frame:
     """Return the frame that declares an endpoint to other brokers, with numbers and the public gid."""
     number = endpoint.number
     if isinstance(endpoint, NodeRecord):
-        return frames.Node(number, endpoint.name, endpoint.shared, endpoint.labels, endpoint.kept_apart)
+        labels, apart = endpoint.labels, endpoint.kept_apart
+        return frames.Node(number, endpoint.name, endpoint.shared, labels, apart, endpoint.yields)
     assert endpoint.node is not None
     node, name = endpoint.node.number, endpoint.name
     type_name, type_hash = endpoint.type_name, endpoint.type_hash

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
@@ -147,7 +147,7 @@ class Declarations:
         self._keys = count(key_base + 1)
         self.exports: ExportListener | None = None
         self.request_definition: Callable[[int, str], bool] = _request_from_nobody
-        self._names = NodeNames(emit, replace_peer)
+        self._names = NodeNames(emit, replace_peer, partial(self._revoke, ErrorCode.NAME_TAKEN))
         self.definitions = Definitions(
             max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes
         )
@@ -257,6 +257,7 @@ class Declarations:
             shared=frame.shared,
             labels=frame.labels or NO_QOS,
             kept_apart=frame.apart,
+            yields=frame.yields,
         )
         self._names.add(record)
         return record
@@ -357,19 +358,19 @@ class Declarations:
             try:
                 check_right(peer, endpoint.action, endpoint.name)
             except Refusal as refusal:
-                self._revoke(endpoint, str(refusal))
+                self._revoke(ErrorCode.DENIED, endpoint, str(refusal))
 
-    def _revoke(self, endpoint: Endpoint, text: str) -> None:
-        if isinstance(endpoint, NodeRecord):
-            for child in tuple(endpoint.endpoints.values()):
-                self._revoke(child, text)
+    def _revoke(self, code: ErrorCode, endpoint: Endpoint, text: str) -> None:
+        children = tuple(endpoint.endpoints.values()) if isinstance(endpoint, NodeRecord) else ()
         if isinstance(endpoint, PublisherRecord):
             # Batches of it may be on their way; they are ignored instead of ending the link as an unknown id
             # would.
             endpoint.peer.revoked.add(endpoint.key)
         if endpoint.id in endpoint.peer.endpoints:  # not if its node has been removed before
-            self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, ErrorCode.DENIED, text)))
-            self.remove(endpoint, text)
+            self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, code, text)))
+        for child in children:
+            self._revoke(code, child, text)
+        self.remove(endpoint, text)
 
     def undeclare(self, peer: Peer, frame: frames.Undeclare) -> None:
         """Remove what a peer declared under an id; ignore an unknown one."""

@@ -23,11 +23,18 @@ class NodeNames:
     Args:
         emit: Takes each delivery.
         replace_peer: Called with a suspended peer whose name another node takes, and the reason; removes it.
+        revoke: Called with a node that yields its name to another one, and the reason; removes it.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], replace_peer: Callable[[Peer, str], None]) -> None:
+    def __init__(
+        self,
+        emit: Callable[[Delivery], None],
+        replace_peer: Callable[[Peer, str], None],
+        revoke: Callable[[NodeRecord, str], None],
+    ) -> None:
         self._emit = emit
         self._replace_peer = replace_peer
+        self._revoke = revoke
         self._holders: dict[str, dict[int, NodeRecord]] = {}
         """By name and key: one, several that share it, or those of several brokers."""
 
@@ -36,15 +43,22 @@ class NodeNames:
         return self._holders.get(name, {})
 
     def claim(self, peer: Peer, name: str, *, shared: bool) -> None:
-        """Check that a peer's node may have a name; remove holders that have been silent for long enough.
+        """Check that a peer's node may have a name; remove holders that yield, or have been silent for long.
 
         Raises:
             Refusal: Another node has the name.
             ProtocolError: The name is kept for a silent node.
         """
         holders = self.holders(name)
-        if holders and not (shared and _any(holders).shared):  # several have shared it with each other
-            self._displace(peer, holders, shared=shared)
+        if not holders or (shared and _any(holders).shared):  # several have shared it with each other
+            return
+        if not shared and all(each.yields for each in holders.values()):
+            text = f"a node named '{name}' has come, and does not share its name"
+            # Those of other brokers learn of it from the graph.
+            for each in [each for each in holders.values() if not each.mirrored]:
+                self._revoke(each, text)
+            return
+        self._displace(peer, holders, shared=shared)
 
     def _displace(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
         peers = (holder.peer for holder in holders.values())
@@ -88,7 +102,13 @@ class NodeNames:
     def report_duplicates(self, newcomer: NodeRecord) -> None:
         """Tell this broker's nodes with the name of a node that joins that another broker has one, too."""
         holders = self._holders[newcomer.name].values()
-        others = [each for each in holders if each is not newcomer and not (each.shared and newcomer.shared)]
+        others = [
+            each
+            for each in holders
+            if each is not newcomer
+            and not (each.shared and newcomer.shared)
+            and not (each.yields or newcomer.yields)  # one of them goes
+        ]
         if not others:
             return
         text = f"Another broker of the mesh has a node named '{newcomer.name}', too: rename one of them"

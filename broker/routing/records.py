@@ -227,6 +227,8 @@ class NodeRecord(Endpoint):
     labels: Options = field(default_factory=lambda: NO_QOS)
     kept_apart: str = ""
     """If it is not empty, endpoints of nodes with the same text do not match."""
+    yields: bool = False
+    """Whether it loses its name to a node that does not share it."""
     endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
 
     def entry(self) -> GraphEntry:

@@ -105,7 +105,8 @@ class Node(NamedTuple):
     """Declares a node under its full name.
 
     `shared`: other nodes that declare the same may have the name, too (§5.2.2). `labels`: texts by name, for
-    people and tools (§5.2.4). `apart`: endpoints of nodes with the same text do not match (§5.4.5).
+    people and tools (§5.2.4). `apart`: endpoints of nodes with the same text do not match (§5.4.5). `yields`:
+    a node that does not share its name takes this one's (§5.2.5).
     """
 
     id: int
@@ -113,6 +114,7 @@ class Node(NamedTuple):
     shared: bool = False
     labels: Options = {}  # noqa: RUF012
     apart: str = ""
+    yields: bool = False
 
 
 class Publisher(NamedTuple):
@@ -481,7 +483,7 @@ SPECS: Mapping[int, Spec] = {
     Op.GOODBYE: Spec(Goodbye, ("str",)),
     Op.PING: Spec(Ping, ("u64",)),
     Op.PONG: Spec(Pong, ("u64",)),
-    Op.NODE: Spec(Node, ("u32", "str", "bool", "map", "str")),
+    Op.NODE: Spec(Node, ("u32", "str", "bool", "map", "str", "bool")),
     Op.PUBLISHER: Spec(
         Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?", "u64")
     ),

@@ -5,14 +5,18 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+import actors
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.qos.profile import DurabilityPolicy, QoSProfile
 from tests.ros2.graphs import full_name, graph_until, names_of, nodes_until
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
     from tests.ros2.conftest import Pair
 
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 STRING, SETBOOL = "std_msgs/msg/String", "std_srvs/srv/SetBool"
 
 
@@ -109,3 +113,27 @@ async def test_a_node_of_ros_beside_an_unshared_one_gets_another_name(pair: Pair
     )
     [shown] = [info for topic, info in snapshot.all_endpoints() if topic == f"{pair.name}/same"]
     assert full_name(shown) == f"{pair.name}_here_ros2"
+
+
+async def test_a_node_of_ros_gives_way_to_an_unshared_one_that_comes_later(pair: Pair) -> None:
+    """The newcomer here has its name at once; the one of ROS is NAME_ros2, with what it has latched."""
+    node = await pair.ros.node(f"{pair.name[1:]}_robot")
+    topic = f"{node.name}/map"
+    await (await node.publisher(topic, String, LATCHED)).publish(String(data="map"))
+    before: list[str] = []
+    after: list[str] = []
+    pair.here.create_subscription(String, topic, lambda each: before.append(each.data), LATCHED)
+    await until(lambda: before)
+    async with actors.Node(node.name[1:], url=pair.network.url) as newcomer:
+        assert newcomer.connected
+
+        def has_given_way(snapshot: GraphSnapshot) -> bool:
+            shown = [info for name, info in snapshot.all_endpoints() if name == topic]
+            return f"{node.name}_ros2" in {full_name(info) for info in shown}
+
+        snapshot = await graph_until(pair.here, has_given_way)
+        assert snapshot.nodes().count(node.name) == 1
+        assert not snapshot.node_labels().get(node.name)
+        pair.here.create_subscription(String, topic, lambda each: after.append(each.data), LATCHED)
+        await until(lambda: after == ["map"])
+        await pair.there.node_names(f"{node.name}_callboard")

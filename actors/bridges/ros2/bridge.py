@@ -442,7 +442,12 @@ class _Here(_Side):
         """Show a node."""
         namespace, base = split_node_name(name)
         self.nodes[name] = self._owner.create_bare_node(
-            base, namespace=namespace, labels=self._labels, apart=BRIDGE_APART, shared_name=True
+            base,
+            namespace=namespace,
+            labels=self._labels,
+            apart=BRIDGE_APART,
+            shared_name=True,
+            yields_name=True,
         )
 
     def close(self) -> None:

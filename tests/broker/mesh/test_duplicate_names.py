@@ -64,3 +64,23 @@ def test_names_that_nodes_share_are_no_duplicates() -> None:
     b.send(two, frames.Watch(2, keep=False))
     (graph,) = b.read(two, frames.Graph)
     assert [each.qos for each in graph.added] == [{"shared": True}] * 2
+
+
+def test_a_node_that_yields_its_name_is_no_duplicate() -> None:
+    """One of another broker gets the name beside it, and nobody is warned: it should be taken back."""
+    network = Network()
+    a, b = network
+    mirror = a.join("/bridge")
+    a.send(mirror, frames.Node(1, "/same", shared=True, yields=True))
+    network.settle()
+    newcomer = b.join("/newcomer")
+    b.send(newcomer, frames.Node(1, "/same"))
+    assert b.read(newcomer, frames.Refused) == []
+    network.settle()
+    assert warned(a, mirror) == warned(b, newcomer) == []
+    a.send(mirror, frames.Undeclare(1))
+    network.settle()
+    watcher = a.join("/watcher")
+    a.send(watcher, frames.Watch(1, keep=False))
+    (graph,) = a.read(watcher, frames.Graph)
+    assert [each.broker for each in graph.added if each.node == "/same"] == [2]

@@ -75,6 +75,42 @@ def test_a_name_is_shared_only_if_every_holder_shares_it(
     assert refusal(switch, second, newcomer) is None
 
 
+def test_a_node_yields_its_name_to_one_that_does_not_share_it() -> None:
+    """It and its endpoints are refused, and leave the graph; one that shares the name comes beside it."""
+    switch = Switch()
+    first, second, third = switch.join(), switch.join(), switch.join("/watcher")
+    assert refusal(switch, first, SHARED._replace(yields=True)) is None
+    assert refusal(switch, third, SHARED._replace(id=1, yields=True)) is None
+    number = switch.publisher(first, make.publisher(2, "/up"))
+    switch.read_all(first)
+    assert refusal(switch, second, SHARED) is None
+    assert len(node_keys(switch, third)) == 3
+    switch.send(second, frames.Undeclare(0))
+    assert refusal(switch, second, UNSHARED) is None
+    refused = [each for each in switch.read_all(first) if isinstance(each, frames.Refused)]
+    assert [(each.id, each.code) for each in refused] == [
+        (0, ErrorCode.NAME_TAKEN),
+        (2, ErrorCode.NAME_TAKEN),
+    ]
+    assert "a node named '/same' has come" in refused[0].text
+    assert len(node_keys(switch, third)) == 1
+    switch.send(first, make.batch(number, 0))  # on its way meanwhile: not an error
+    assert refusal(switch, first, SHARED._replace(id=3, yields=True)) == (
+        "A node named '/same' is there already and does not share its name; give this one another name"
+    )
+
+
+def test_a_node_does_not_yield_beside_one_that_only_shares_its_name() -> None:
+    """The name is then somebody else's as well."""
+    switch = Switch()
+    first, second, third = switch.join(), switch.join(), switch.join()
+    assert refusal(switch, first, SHARED._replace(yields=True)) is None
+    assert refusal(switch, second, SHARED) is None
+    text = refusal(switch, third, UNSHARED)
+    assert text is not None
+    assert text.endswith("or share the name as that one does")
+
+
 def test_a_holder_that_is_silent_keeps_nobody_from_sharing() -> None:
     """Another one comes meanwhile, and the silent one returns beside it."""
     switch = Switch()
