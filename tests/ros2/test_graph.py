@@ -6,8 +6,10 @@ import asyncio
 from typing import TYPE_CHECKING
 
 import actors
+from actors.interfaces.message import type_hash
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from tests.ros2.graphs import full_name, graph_until, names_of, nodes_until
 from tests.waiting import until
@@ -81,6 +83,43 @@ async def test_hashes_of_types_are_the_same_on_both_sides(pair: Pair) -> None:
     [[_, type_name, type_hash, *_]] = await pair.there.endpoints(topic, "publishers", 1)
     [hashed] = [info.topic_type_hash for name, info in own.all_endpoints() if name == topic]
     assert (type_name, type_hash) == (STRING, hashed)
+
+
+async def test_type_descriptions_come_from_the_original(pair: Pair) -> None:
+    """A node of each side describes a type to the other one, as if it was asked at home."""
+    asked = GetTypeDescription.Request(
+        type_name=STRING, type_hash=type_hash(String), include_type_sources=True
+    )
+    await pair.there.publisher(f"{pair.name}/described", String)
+    pair.here.create_publisher(String, f"{pair.name}/described", 10)
+    answers: list[GetTypeDescription.Response] = []
+    for name in (pair.there.name, f"{pair.name}_here"):
+        here = pair.here.create_client(GetTypeDescription, f"{name}/get_type_description")
+        assert await here.wait_for_service()
+        answers.append(await here.call(asked))
+        there = await pair.there.client(f"{name}/get_type_description", GetTypeDescription)
+        answers.append(await there.call(asked))
+    theirs, theirs_at_home, ours_at_home, ours = answers
+    assert theirs == theirs_at_home
+    assert ours == ours_at_home
+    for each in (ours, theirs):
+        assert each.successful, each.failure_reason
+        described = each.type_description.type_description
+        assert (described.type_name, [field.name for field in described.fields]) == (STRING, ["data"])
+        assert "string data" in each.type_sources[0].raw_file_contents
+    other = GetTypeDescription.Request(type_name=STRING, type_hash="RIHS01_" + 64 * "0")
+    refused = await there.call(other)
+    assert not refused.successful
+    assert refused.failure_reason
+
+
+async def test_a_mirror_describes_no_types_if_its_original_does_not(pair: Pair) -> None:
+    """A node of ROS may have no such service."""
+    node = await pair.ros.node(f"{pair.name[1:]}_silent", start_type_description_service=False)
+    snapshot = await graph_until(
+        pair.here, lambda graph: f"{node.name}/get_parameters" in names_of(graph, node.name)["services"]
+    )
+    assert f"{node.name}/get_type_description" not in names_of(snapshot, node.name)["services"]
 
 
 async def test_mirrors_have_no_endpoints_that_their_originals_lack(pair: Pair) -> None:

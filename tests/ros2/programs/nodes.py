@@ -119,7 +119,8 @@ def make_node(name, namespace="/", parameters=None):
     def make():
         node = rclpy.create_node(name, namespace=namespace, parameter_overrides=overrides)
         for each in overrides:
-            node.declare_parameter(each.name, each.value)
+            if not node.has_parameter(each.name):  # every node has some
+                node.declare_parameter(each.name, each.value)
         _thread.executor.add_node(node)
         return node
 
