@@ -98,6 +98,19 @@ async def test_a_mirror_service_answers_whenever_it_wants(edge: Edge, ros: Ros, 
     assert {place: each.message for place, each in responses.items()} == {0: "0", 1: "1"}
 
 
+async def test_the_queue_of_a_service_grows_with_its_requests(edge: Edge, ros: Ros, name: str) -> None:
+    """It takes no memory for requests that have not arrived, and a burst that arrives at once is not lost."""
+    node = await edge.mirror(f"/{name}/mirror")
+    assert await edge.ask("memory_of_services", node, 30) < 90  # 130 by default, 38 here
+    service = await edge.ask("service", node, f"/{name}", "std_srvs/srv/SetBool")
+    client = await (await ros.node(f"{name}_there")).client(f"/{name}", SetBool)
+    assert await client.is_ready()
+    asked = [number % 3 == 0 for number in range(60)]
+    await client.send(*[SetBool.Request(data=each) for each in asked])
+    requests = await edge.ask("requests", service, len(asked), WAIT_SEC)
+    assert [cdr.decode(SetBool.Request, bytes.fromhex(each)).data for each in requests] == asked
+
+
 async def test_a_mirror_client_calls_a_real_server(edge: Edge, ros: Ros, name: str) -> None:
     """The response carries the sequence number of its request."""
     there = await ros.node(f"{name}_there")

@@ -33,6 +33,12 @@ LEASE_SEC: Final = 3
 ANNOUNCEMENT_SEC: Final = 1
 """How often the participant renews its lease: two may be lost."""
 
+_QUEUE: Final = (
+    "<topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>"
+)
+"""Queues grow with what waits in them. By default, Fast DDS allocates 100 samples for each beforehand: a
+service takes 130 KiB in place of 38, a subscription 84 in place of 31, and most mirrors stay empty."""
+
 PROFILE: Final = f"""\
 <?xml version="1.0" encoding="UTF-8" ?>
 <profiles xmlns="http://www.eprosima.com">
@@ -45,6 +51,8 @@ PROFILE: Final = f"""\
       <leaseAnnouncement><sec>{ANNOUNCEMENT_SEC}</sec></leaseAnnouncement>
     </discovery_config></builtin>
   </rtps></participant>
+  <data_writer profile_name="callboard_writer" is_default_profile="true">{_QUEUE}</data_writer>
+  <data_reader profile_name="callboard_reader" is_default_profile="true">{_QUEUE}</data_reader>
 </profiles>
 """
 """Endpoints of one participant do not match: mirrors of one topic do not feed each other."""

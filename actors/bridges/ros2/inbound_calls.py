@@ -140,7 +140,7 @@ class _Service:
             self._types.theirs,
             mirror.name,
             partial(self._requested, mirror),
-            qos=services.ros_qos(self._types),
+            qos=services.SERVICE_QOS,
         )
 
     def hide(self, mirror: Mirror) -> bool:

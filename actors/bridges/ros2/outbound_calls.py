@@ -183,7 +183,7 @@ class _Server:
         """Create the client in ROS 2, so that DDS matches it."""
         if self._client is None:
             self._client = self._node.create_client(
-                self._types.theirs, self._name, self._responded, qos=services.ros_qos(self._types)
+                self._types.theirs, self._name, self._responded, qos=services.SERVICE_QOS
             )
 
     async def call(self, request: bytes) -> bytes:

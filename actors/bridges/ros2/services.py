@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from actors.interfaces.message import type_name
 from actors.qos.profile import QoSProfile
-
-if TYPE_CHECKING:
-    from actors.bridges.ros2.types import ServiceTypes
 
 CALL_LIMIT_SEC: Final = 3600.0
 """Longest time for a call without a shorter deadline; work that takes longer is for an action. Every call
 needs a limit, because ROS 2 may lose a request or a response."""
-SERVICE_DEPTH: Final = 500
-"""Requests and responses that have arrived in ROS 2 and wait for the loop; ROS 2's default of 10 loses others
-without a word. From 100 on it costs 40 KiB more for each service or client."""
+SERVICE_QOS: Final = QoSProfile(depth=500)
+"""The QoS of services and clients in ROS 2: so many requests and responses can wait there for the loop.
+ROS 2's default of 10 loses others without a word."""
 FEEDBACK_SEC: Final = 3.0
 """How long a goal waits until the feedback subscription of its client has crossed. That takes 0.1 s, or more
 on a busy machine. Action clients always have one, but a raw `send_goal` may come without."""
@@ -27,9 +23,6 @@ GOAL: Final = "/_action/send_goal"
 CANCEL: Final = "/_action/cancel_goal"
 """The ends of the names of an action's services."""
 
-_STANDARD: Final = ("rcl_interfaces/", "type_description_interfaces/", "lifecycle_msgs/")
-"""What the types of services begin with that most nodes have and few call: they have ROS 2's default."""
-
 
 def feedback_of(name: str, service_type: str) -> tuple[str, str]:
     """Return the name and the type of an action's feedback topic.
@@ -39,8 +32,3 @@ def feedback_of(name: str, service_type: str) -> tuple[str, str]:
         service_type: The type of that service.
     """
     return f"{name.rpartition('/')[0]}/feedback", f"{service_type.rpartition('_')[0]}_FeedbackMessage"
-
-
-def ros_qos(types: ServiceTypes) -> QoSProfile | None:
-    """Return the QoS of a service or client in ROS 2; None for its default."""
-    return None if type_name(types.ours).startswith(_STANDARD) else QoSProfile(depth=SERVICE_DEPTH)

@@ -154,15 +154,15 @@ class RosNode:
         self, kind: Any, name: str, callback: Callable[[int, Any], None], *, qos: Any
     ) -> RosClient:
         del kind, name
-        assert qos.depth == services.SERVICE_DEPTH
+        assert qos is services.SERVICE_QOS
         self.clients.append(RosClient(self, callback))
         return self.client
 
     def create_service(
         self, kind: Any, name: str, callback: Callable[[Any, Any], None], *, qos: Any
     ) -> RosService:
-        del name
-        assert (qos is None) == (kind is ListParameters)
+        del kind, name
+        assert qos is services.SERVICE_QOS
         self.services.append(RosService(callback))
         return self.services[-1]
 

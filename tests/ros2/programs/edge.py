@@ -18,6 +18,7 @@ from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.importing import import_ros
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.participant import Participant
+from actors.bridges.ros2.services import SERVICE_QOS
 from actors.qos.profile import QoSProfile
 from tests.real_ros.programs.serialization import find_class
 
@@ -155,12 +156,30 @@ class _Service:
     def __init__(self, node, name, cls):
         self.cls = cls
         self.waiting = []
-        self.entity = node.create_service(cls, name, lambda *asked: self.waiting.append(asked))
+        self.entity = node.create_service(
+            cls, name, lambda *asked: self.waiting.append(asked), qos=SERVICE_QOS
+        )
 
 
 def service(node, name, type_name):
     """Show a service; return its number."""
     return _keep(_Service(_made[node], name, _class(type_name)))
+
+
+def memory_of_services(node, count):
+    """Show many services; return how much memory each has taken, in KiB."""
+    numbers = [service(node, f"/memory/s{number}", "std_srvs/srv/Trigger") for number in range(count)]
+    before = _memory_kib()
+    numbers += [service(node, f"/memory/t{number}", "std_srvs/srv/Trigger") for number in range(count)]
+    used = _memory_kib() - before
+    for number in numbers:
+        destroy(number)
+    return used / count
+
+
+def _memory_kib():
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * resource.getpagesize() / 1024
 
 
 def requests(number, count, seconds):
