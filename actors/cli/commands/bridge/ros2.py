@@ -56,6 +56,7 @@ def run(options: Options) -> int:
     from actors.bridges.ros2.importing import import_ros
     from actors.cli.loop import run_async
     from actors.cli.output import print_out
+    from proto.aio import process
 
     chosen = _bridge_options(options)
     try:
@@ -65,7 +66,7 @@ def run(options: Options) -> int:
     if options.check:
         print_out(f"ROS 2: {ros.distribution}, {ros.rmw}")
     else:
-        run_async(lambda: _bridge(options, chosen, ros))
+        run_async(lambda: _bridge(options, chosen, ros), loop_factory=process.new_event_loop)
     return OK
 
 
