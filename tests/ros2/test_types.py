@@ -49,3 +49,20 @@ async def test_the_second_type_of_a_topic_does_not_cross(pair: Pair) -> None:
     bare.create_publisher(Int64, topic, 10).publish(Int64(data=1))
     await publisher.publish(String(data="first"))
     await until(lambda: received == [String(data="first")])
+
+
+async def test_a_topic_gets_another_type(pair: Pair) -> None:
+    """What was shown of the old type lingers, so that ROS 2 refuses the new one at first."""
+    topic = f"{pair.name}/retyped"
+    old = pair.here.create_publisher(String, topic, 10)
+    await pair.there.endpoints(topic, "publishers", 1)
+    for _ in range(3):
+        old.publish(String(data="old"))
+    await old.flush()
+    old.destroy()
+    new = pair.here.create_publisher(Int64, topic, 10)
+    subscription = await pair.there.subscription(topic, Int64)
+    await new.wait_for_subscriptions()
+    await subscription.matched()
+    new.publish(Int64(data=1))
+    assert await subscription.received(1) == [Int64(data=1)]

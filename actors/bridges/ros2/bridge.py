@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -36,6 +37,7 @@ from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
 from actors.bridges.ros2.types import Types
 from actors.bridges.rules import GLOBAL_TOPICS
 from actors.logging.limited_lines import LimitedLines
+from actors.processes.backoff import Backoff
 from actors.qos.profile import QoSProfile
 from proto.aio.tasks import cancel_and_wait
 from proto.untrusted_text import peer_text
@@ -59,6 +61,11 @@ LEAST_PAUSE_SEC: Final = 0.02
 
 POLL_SEC: Final = 0.1
 """Time between two looks at ROS 2's graph; one that finds no change costs microseconds."""
+
+FIRST_RETRY_SEC: Final = 1.0
+LAST_RETRY_SEC: Final = 30.0
+"""When to try again what a side has refused, although the graphs have not changed: a topic may have had
+another type, whose publishers linger, or there were too many open files."""
 
 BEAT_SEC: Final = 0.2
 """How exactly a suspension of the process is measured."""
@@ -133,6 +140,8 @@ class Bridge:
         self._inbound = InboundCalls(self._caller, self._types, inward, self._warn, self._from_callboard.get)
         self._plan = EMPTY_PLAN
         """The last one that was not empty because of another bridge, or of a lost connection."""
+        self._retries = Backoff(FIRST_RETRY_SEC, LAST_RETRY_SEC)
+        self._retry_at = math.inf
         self._election = Election(bridge_id)
         self._marker: BareNode | None = None
         """Says in callboard's graph that this bridge is active."""
@@ -176,13 +185,14 @@ class Bridge:
                 if not self._node.connected:
                     self._election.disconnect()
                 active = self._node.connected and self._elect(loop.time(), there)
-                if (now := (self._ours, self._unseen, there, active)) != state:
+                now = self._ours, self._unseen, there, active
+                if now != state or loop.time() >= self._retry_at:
                     state = now
+                    self._retry_at = math.inf
                     await self._follow(active=active, there=there)
-                for received in self._from_ros.values():
-                    received.look_again()
-                for passed_on in self._from_callboard.values():
-                    passed_on.publish_for_departed(self._is_here)
+                    if self._retry_at == math.inf:
+                        self._retries.reset()
+                self._send_held()
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
@@ -196,6 +206,13 @@ class Bridge:
             finally:
                 watch.destroy()
                 self.close()
+
+    def _send_held(self) -> None:
+        """Send what has waited for what the graphs may show by now, or will not show any more."""
+        for received in self._from_ros.values():
+            received.look_again()
+        for passed_on in self._from_callboard.values():
+            passed_on.publish_for_departed(self._is_here)
 
     def _is_here(self, node: str) -> bool:
         """Return whether callboard has a native node of a name."""
@@ -328,6 +345,8 @@ class Bridge:
         try:
             function(*arguments)
         except (RosError, UnknownTypeError) as error:
+            if self._retry_at == math.inf:  # the first one of a plan
+                self._retry_at = asyncio.get_running_loop().time() + self._retries.next(0.0)
             if self._counters.failed(str(error)):
                 self._warn("what a side refuses; 'callboard bridge info' shows all", str(error))
 

@@ -184,6 +184,16 @@ async def test_what_ros_refuses_is_reported(between: Between) -> None:
     assert "there is no odd/msg/Odd" in str(between.bridge.document())
 
 
+async def test_what_ros_has_refused_is_tried_again(between: Between) -> None:
+    """The reason may be gone, though neither graph has changed."""
+    between.native("/native", (SUBSCRIPTION, "/down", STRING))
+    between.network.refuses = RuntimeError("another type lingers")
+    between.here.create_publisher(String, "/down", 10)
+    await until(lambda: "another type lingers" in str(between.bridge.document()))
+    between.network.refuses = None
+    await until(lambda: between.shown("ros2") == (1, 1))
+
+
 async def test_a_node_that_the_broker_refuses_is_reported_once(
     between: Between, monkeypatch: pytest.MonkeyPatch
 ) -> None:
