@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import actors
+from actors.bridges.graph import BRIDGE_ID_LABEL, BRIDGE_STATE_LABEL
 from actors.graph.snapshot import GraphSnapshot
+from actors.interfaces.std_srvs.srv import Trigger
 from proto.wire.codes import EntryKind
 from tests.ros2.ros import WAIT_SEC
 
@@ -72,3 +75,36 @@ def names_of(snapshot: GraphSnapshot, node: str) -> dict[str, dict[str, list[str
 def full_name(endpoint: EndpointInfo) -> str:
     """Return the full name of an endpoint's node."""
     return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
+
+
+async def report_until(node: actors.Node, condition: Callable[[Any], object]) -> Any:
+    """Ask the bridge for its report until it is as wanted; return it."""
+
+    def bridges(snapshot: GraphSnapshot) -> list[str]:
+        labels = snapshot.node_labels().items()
+        return [name for name, each in labels if BRIDGE_ID_LABEL in each and BRIDGE_STATE_LABEL not in each]
+
+    (bridge,) = bridges(await graph_until(node, bridges))
+    client = node.create_client(Trigger, f"{bridge}/get_report")
+    assert await client.wait_for_service(WAIT_SEC)
+    report: Any = None
+    try:
+        async with asyncio.timeout(WAIT_SEC):
+            while report is None or not condition(report):
+                await asyncio.sleep(POLL_SEC)
+                report = json.loads((await client.call(Trigger.Request())).message)
+    except TimeoutError:
+        raise AssertionError(f"the report is {report}") from None
+    client.destroy()
+    return report
+
+
+async def refusal_of(node: actors.Node, name: str, reason: str) -> str:
+    """Wait until a bridge's report says that something does not cross for a reason; return the text."""
+
+    def find(report: Any) -> list[str]:
+        return [
+            each["text"] for each in report["refusals"] if (each["name"], each["reason"]) == (name, reason)
+        ]
+
+    return find(await report_until(node, find))[0]

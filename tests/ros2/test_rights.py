@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
-import json
 import signal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import actors
 from actors.cli.main import main
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from tests.real_ros import ROOT
-from tests.ros2.graphs import POLL_SEC
-from tests.ros2.ros import WAIT_SEC
+from tests.ros2.graphs import report_until
 from tests.waiting import until
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     import pytest
@@ -76,7 +72,7 @@ async def test_the_example_user_of_the_bridge_has_the_rights_that_it_needs(
         assert not lights.service_is_ready()
         await charging.call(Trigger.Request())
         assert await docking.is_ready()  # it exists; that it may not be called is known in callboard only
-        report = await _report_until(pilot, lambda report: len(report["refused_by_broker"]) == len(DENIED))
+        report = await report_until(pilot, lambda report: len(report["refused_by_broker"]) == len(DENIED))
         for text in DENIED:
             assert any(f"do not allow 'bridge1' to {text}" in each for each in report["refused_by_broker"])
         assert not any(each["reason"] == "not seen" for each in report["refusals"])
@@ -87,7 +83,7 @@ async def test_the_example_user_of_the_bridge_has_the_rights_that_it_needs(
         rules.write_text(example[:place] + example[place:].replace('allow.see = ["/**"]', "", 1))
         broker.send_signal(signal.SIGHUP)
         await there.node_names(absent=["/pilot"])
-        report = await _report_until(pilot, lambda report: report["shown"]["ros2"]["nodes"] == 0)
+        report = await report_until(pilot, lambda report: report["shown"]["ros2"]["nodes"] == 0)
         (hidden,) = [each for each in report["refusals"] if each["reason"] == "not seen"]
         assert "'bridge1'" in hidden["text"]
         assert (await horn.call(Trigger.Request())).success
@@ -100,17 +96,3 @@ DENIED = (
     "serve '/robot1/lights'",
     "call '/robot1/dock'",
 )
-
-
-async def _report_until(node: actors.Node, condition: Callable[[Any], bool]) -> Any:
-    """Ask the bridge for its report until it is as wanted; return it."""
-    labels = (await node.get_graph()).node_labels()
-    (bridge,) = [name for name, each in labels.items() if "bridge_id" in each and "bridge_state" not in each]
-    client = node.create_client(Trigger, f"{bridge}/get_report")
-    assert await client.wait_for_service()
-    report: Any = None
-    async with asyncio.timeout(WAIT_SEC):
-        while report is None or not condition(report):
-            report = json.loads((await client.call(Trigger.Request())).message)
-            await asyncio.sleep(POLL_SEC)
-    return report

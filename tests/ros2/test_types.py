@@ -5,14 +5,37 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from actors.interfaces.std_msgs.msg import Int64, String
+import actors
+from actors.interfaces.message import type_hash
+from actors.interfaces.std_msgs.msg import Int64, String, UInt16
+from actors.interfaces.std_srvs.srv import Empty
 from actors.interfaces.tf2_msgs.msg import TFMessage
-from tests.ros2.graphs import endpoints_until
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+from tests.ros2.graphs import endpoints_until, refusal_of
 from tests.ros2.ros import interface
 from tests.waiting import until
 
 if TYPE_CHECKING:
     from tests.ros2.conftest import Pair
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class OtherUInt16(actors.Message, type_name="std_msgs/msg/UInt16"):
+    """A type of ROS, with another definition."""
+
+    data: int = 0
+    unit: str = ""
+
+
+class OtherEmpty(actors.Service, type_name="std_srvs/srv/Empty"):
+    """A service of ROS, with another definition."""
+
+    class Request(actors.Message):
+        reason: str = ""
+
+    class Response(actors.Message):
+        pass
 
 
 async def test_a_type_that_callboard_lacks_is_echoed(pair: Pair) -> None:
@@ -30,12 +53,36 @@ async def test_a_type_that_callboard_lacks_is_echoed(pair: Pair) -> None:
 async def test_a_type_that_ros_lacks_is_named(pair: Pair) -> None:
     """The report has the topic, the type, and the package to install."""
     pair.here.create_publisher(TFMessage, f"{pair.name}/tf", 10)
-    output = ""
-    while f"{pair.name}/tf" not in output:
-        process = pair.network.callboard("bridge", "info")
-        await asyncio.to_thread(process.wait)  # not 0 as long as the bridge starts
-        output = process.output()
-    assert "tf2_msgs" in output
+    assert "tf2_msgs" in await refusal_of(pair.here, f"{pair.name}/tf", "type missing")
+
+
+async def test_topics_and_services_with_another_hash_are_refused(pair: Pair) -> None:
+    """Both hashes are named, and the node that has the other definition; nodes with the usual one go on."""
+    topic, service = f"{pair.name}/number", f"{pair.name}/trigger"
+    other = pair.here.create_bare_node(f"{pair.name[1:]}_other")
+    publisher = await pair.there.publisher(topic, UInt16)
+    await pair.there.service(service, Empty, Empty.Response())
+    other.create_subscription(OtherUInt16, topic, print, 10)
+    other.create_client(OtherEmpty, service)
+    for name, changed, usual in ((topic, OtherUInt16, UInt16), (service, OtherEmpty, Empty)):
+        text = await refusal_of(pair.here, name, "type differs")
+        assert type_hash(changed) in text
+        assert type_hash(usual) in text
+        assert f"{pair.name}_other" in text
+    received: list[UInt16] = []
+    pair.here.create_subscription(UInt16, topic, received.append, 10)
+    await publisher.matched()
+    await publisher.publish(UInt16(data=7))
+    await until(lambda: received == [UInt16(data=7)])
+    client = pair.here.create_client(Empty, service)
+    assert await client.wait_for_service()
+    await client.call(Empty.Request())
+    # The other way round: what is published here in another definition does not reach ROS.
+    listener = await pair.there.subscription(f"{topic}_here", UInt16)
+    other.create_publisher(OtherUInt16, f"{topic}_here", LATCHED).publish(OtherUInt16(data=1, unit="m"))
+    assert type_hash(OtherUInt16) in await refusal_of(pair.here, f"{topic}_here", "type differs")
+    pair.here.create_publisher(UInt16, f"{topic}_here", LATCHED).publish(UInt16(data=2))
+    assert await listener.received(1) == [UInt16(data=2)]
 
 
 async def test_the_second_type_of_a_topic_does_not_cross(pair: Pair) -> None:
