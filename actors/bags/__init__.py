@@ -5,8 +5,8 @@
         bag.write(number, cdr.encode(String(data="hello")), now_ns, now_ns)
 
 `records.py` has what a bag consists of, `definitions.py` the texts of types, `metadata.py` and `qos_lists.py`
-what metadata.yaml says. Only `mcap_writer.py` imports the library `mcap`, and `compression.py` zstandard and
-lz4: they come with the extra `bags`, and are imported when a bag is opened. Imports node and the packages
+what metadata.yaml says. Only `mcap_*.py` import the library `mcap`, and `compress*.py` zstandard and lz4:
+they come with the extra `bags`, and are imported when a bag is opened. Imports node and the packages
 below it.
 """
 
@@ -22,6 +22,9 @@ with lazy_imports(__name__):
     from actors.bags.errors import BagWriteError as BagWriteError
     from actors.bags.errors import InvalidBagError as InvalidBagError
     from actors.bags.errors import MissingExtraError as MissingExtraError
+    from actors.bags.files import Order as Order
+    from actors.bags.reader import BagSummary as BagSummary
+    from actors.bags.reader import Reader as Reader
     from actors.bags.recorder.options import RecorderOptions as RecorderOptions
     from actors.bags.recorder.recorder import Recorder as Recorder
     from actors.bags.recorder.selection import Selection as Selection

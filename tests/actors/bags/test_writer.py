@@ -12,9 +12,9 @@ from mcap.stream_reader import StreamReader
 
 from actors.bags import BagExistsError, BagFullError, BagTopic, Writer
 from actors.bags.metadata import parse_metadata
-from actors.interfaces import cdr
-from actors.interfaces.std_msgs.msg import Int32, String
+from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.profile import DurabilityPolicy, QoSProfile
+from tests.actors.bags.bags import CHATTER, START_NS, number, text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,17 +23,7 @@ if TYPE_CHECKING:
 
     from actors.bags.records import BagMetadata
 
-START_NS = 1_700_000_000_000_000_000
-CHATTER = BagTopic.of_class("/chatter", String, [QoSProfile(depth=10)])
 MAP = BagTopic.of_class("/map", Int32, [QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)])
-
-
-def text(value: str) -> bytes:
-    return cdr.encode(String(data=value))
-
-
-def number(value: int) -> bytes:
-    return cdr.encode(Int32(data=value))
 
 
 def messages_of(path: Path) -> list[tuple[str, Message]]:

@@ -1,0 +1,344 @@
+"""What an MCAP file has: by the index at its end, or by a walk over it, up to the last whole record."""
+
+from __future__ import annotations
+
+import struct
+from array import array
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from itertools import pairwise, starmap
+from operator import le
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, Footer, Metadata, MetadataIndex, Schema, Statistics
+
+from actors.bags.definitions import full_type_name
+from actors.bags.errors import InvalidBagError
+from actors.bags.mcap_frames import HEAD, MAGIC, MESSAGE, FileEndsError
+from actors.bags.qos_lists import qos_profiles
+from actors.bags.records import BagTopic
+from actors.interfaces.yaml_reader import YamlError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from actors.bags.files import Filter
+    from actors.bags.mcap_frames import McapFrames, Record
+
+MAX_DEFINITIONS_BYTES: Final = 256 * 1024 * 1024
+"""Schemas, channels and Metadata records that are kept of a file, together."""
+MAX_INDEX_BYTES: Final = 512 * 1024 * 1024
+"""Chunk indexes that are kept: those of some 500,000 chunks."""
+ENDS_EARLY: Final = "its end is missing: its recorder was killed, or the file was cut"
+_CHUNK_INDEX: Final = struct.Struct("<QQQQI")
+_INDEX_OFFSET: Final = struct.Struct("<HQ")
+_FOOTER_BYTES: Final = 20
+_END_BYTES: Final = HEAD.size + _FOOTER_BYTES + len(MAGIC)
+
+
+class ChunkPlace(NamedTuple):
+    """Where a chunk is, and what it has."""
+
+    start_ns: int
+    end_ns: int
+    offset: int
+    channels: bytes | None
+    """Of its channels, the ids and the places of their indexes; None if they are unknown."""
+
+    def has_any(self, numbers: set[int]) -> bool:
+        """Return whether it may have messages of one of these channels."""
+        if self.channels is None:
+            return True
+        return any(channel in numbers for channel, _ in _INDEX_OFFSET.iter_unpack(self.channels))
+
+
+class Entries(NamedTuple):
+    """The messages of a chunk: log times, where their records begin, and channels, all of the same length."""
+
+    times: array[int]
+    starts: array[int]
+    channels: array[int]
+
+    @classmethod
+    def empty(cls) -> Entries:
+        """Return none."""
+        return cls(array("Q"), array("Q"), array("H"))
+
+    def chosen(self, numbers: set[int], chosen: Filter) -> Entries:
+        """Return those of some channels, and between two times."""
+        if chosen.start_ns is None and chosen.end_ns is None and numbers.issuperset(self.channels):
+            return self
+        return self._at(
+            index
+            for index, (log_time_ns, channel) in enumerate(zip(self.times, self.channels, strict=True))
+            if channel in numbers and chosen.overlaps(log_time_ns, log_time_ns)
+        )
+
+    def by_time(self) -> Entries:
+        """Return them by log time."""
+        if all(starmap(le, pairwise(self.times))):
+            return self
+        return self._at(sorted(range(len(self.times)), key=self.times.__getitem__))
+
+    def _at(self, indexes: Iterable[int]) -> Entries:
+        found = Entries.empty()
+        for index in indexes:
+            for values, all_values in zip(found, self, strict=True):
+                values.append(all_values[index])
+        return found
+
+
+@dataclass
+class Summary:
+    """What is known of a file without reading its messages."""
+
+    topics: dict[int, BagTopic] = field(default_factory=dict[int, BagTopic])
+    counts: defaultdict[int, int] = field(default_factory=lambda: defaultdict(int))
+    chunks: list[ChunkPlace] = field(default_factory=list[ChunkPlace])
+    start_ns: int = 0
+    end_ns: int = 0
+    metadata: dict[str, Mapping[str, str]] = field(default_factory=dict[str, "Mapping[str, str]"])
+    end: int = 0
+    """Where the last whole record ends."""
+    problem: str = ""
+    statistics: Statistics | None = None
+    index_bytes: int = 0
+
+    def note(self, start_ns: int, end_ns: int, counts: Mapping[int, int]) -> None:
+        """Count messages between two times."""
+        first = not self.counts
+        self.start_ns = start_ns if first else min(self.start_ns, start_ns)
+        self.end_ns = end_ns if first else max(self.end_ns, end_ns)
+        for channel, count in counts.items():
+            self.counts[channel] += count
+
+
+class _MissingSchemaError(InvalidBagError):
+    """A channel has a schema that has not been read."""
+
+
+class SummaryReader:
+    """Reads what a file has.
+
+    Args:
+        frames: The file.
+    """
+
+    def __init__(self, frames: McapFrames) -> None:
+        self._frames = frames
+        self._schemas: dict[int, Schema] = {}
+        self._kept_bytes = 0
+
+    def read(self) -> Summary:
+        """Return what the file has: from its end, or from a walk over all of it.
+
+        Raises:
+            InvalidBagError: Its first record cannot be read.
+        """
+        problem = ""
+        try:
+            summary = self._indexed()
+        except _MissingSchemaError:
+            summary = None  # an index without schemas is none, and no damage
+        except InvalidBagError as error:
+            summary, problem = None, f"its index is damaged: {error.reason}"
+        if summary is None:
+            self._schemas.clear()
+            self._kept_bytes = 0
+            summary = self._scanned()
+            summary.problem = summary.problem or problem
+        return summary
+
+    def _has_end(self) -> bool:
+        return self._frames.bytes_at(self._frames.size - len(MAGIC), len(MAGIC)) == MAGIC
+
+    def _indexed(self) -> Summary | None:
+        """Return what the summary section says; None if there is none, or it does not index messages."""
+        place = self._frames.size - _END_BYTES
+        if place < len(MAGIC) or not self._has_end():
+            return None
+        record = self._frames.record_at(place)
+        if record.opcode != Opcode.FOOTER or record.length != _FOOTER_BYTES:
+            return None
+        footer = self._frames.parsed(Footer.read, self._frames.content(record), place)
+        if not footer.summary_start:
+            return None
+        if not len(MAGIC) <= footer.summary_start <= place:
+            self._frames.fail(place, f"the summary is said to be at byte {footer.summary_start:,}")
+        summary = Summary(end=footer.summary_start)
+        for record in self._frames.records(footer.summary_start, place):
+            self._index(record, summary)
+        statistics = summary.statistics
+        if statistics is None or (statistics.message_count and not summary.chunks):
+            return None
+        summary.counts.update(statistics.channel_message_counts)
+        unknown = summary.counts.keys() - summary.topics.keys()
+        if unknown or sum(summary.counts.values()) != statistics.message_count:
+            # Without channels in the summary, or with counts of some: what the chunks have is the truth.
+            return None
+        summary.start_ns, summary.end_ns = statistics.message_start_time, statistics.message_end_time
+        return summary
+
+    def _index(self, record: Record, summary: Summary) -> None:
+        """Add what a record of the summary section says."""
+        content = self._frames.content(record)
+        match record.opcode:
+            case Opcode.SCHEMA:
+                self._add_schema(content, record.start)
+            case Opcode.CHANNEL:
+                self._add_channel(content, record.start, summary)
+            case Opcode.STATISTICS:
+                summary.statistics = self._frames.parsed(Statistics.read, content, record.start)
+            case Opcode.CHUNK_INDEX:
+                summary.index_bytes += record.length
+                if summary.index_bytes > MAX_INDEX_BYTES:
+                    self._frames.fail(record.start, f"the index has more than {MAX_INDEX_BYTES:,} bytes")
+                summary.chunks.append(self._chunk_place(content, record.start))
+            case Opcode.METADATA_INDEX:
+                self._add_metadata(content, record.start, summary)
+            case _:
+                pass
+
+    def _chunk_place(self, data: bytes, offset: int) -> ChunkPlace:
+        if len(data) < _CHUNK_INDEX.size:
+            self._frames.fail(offset, "the index of a chunk is too short")
+        start_ns, end_ns, place, _, length = _CHUNK_INDEX.unpack_from(data)
+        if length > len(data) - _CHUNK_INDEX.size or length % _INDEX_OFFSET.size:
+            self._frames.fail(offset, "the index of a chunk is cut")
+        if not len(MAGIC) <= place < self._frames.size:
+            self._frames.fail(offset, f"a chunk is said to be at byte {place:,}")
+        return ChunkPlace(start_ns, end_ns, place, data[_CHUNK_INDEX.size : _CHUNK_INDEX.size + length])
+
+    def _add_metadata(self, data: bytes, offset: int, summary: Summary) -> None:
+        index = self._frames.parsed(MetadataIndex.read, data, offset)
+        if not len(MAGIC) <= index.offset < self._frames.size - HEAD.size:
+            self._frames.fail(offset, f"metadata are said to be at byte {index.offset:,}")
+        record = self._frames.record_at(index.offset)
+        if record.opcode == Opcode.METADATA:
+            self._keep_metadata(record, summary)
+
+    def _keep_metadata(self, record: Record, summary: Summary) -> None:
+        self._keep(record.length, record.start)
+        metadata = self._frames.parsed(Metadata.read, self._frames.content(record), record.start)
+        summary.metadata[metadata.name] = metadata.metadata
+
+    def _scanned(self) -> Summary:
+        """Return what a walk over the file finds, up to the first record that is not whole."""
+        summary = Summary(end=len(MAGIC))
+        try:
+            for record in self._frames.records(len(MAGIC), self._frames.size):
+                if record.opcode == Opcode.DATA_END:
+                    if not self._has_end():
+                        summary.problem = "its index is cut; all messages are there"
+                    return summary
+                self._scan(record, summary)
+                summary.end = record.end
+            reason = ENDS_EARLY
+        except FileEndsError:
+            reason = ENDS_EARLY
+        except InvalidBagError as error:
+            reason = error.reason
+        rest = self._frames.size - summary.end
+        summary.problem = f"{reason}; the last {rest:,} bytes cannot be read"
+        return summary
+
+    def _scan(self, record: Record, summary: Summary) -> None:
+        match record.opcode:
+            case Opcode.SCHEMA:
+                self._add_schema(self._frames.content(record), record.start)
+            case Opcode.CHANNEL:
+                self._add_channel(self._frames.content(record), record.start, summary)
+            case Opcode.METADATA:
+                self._keep_metadata(record, summary)
+            case Opcode.MESSAGE:
+                channel, log_time_ns = self._frames.message_head(record)
+                if channel not in summary.topics:
+                    self._frames.fail(
+                        record.start, f"a message is of the channel {channel}, which is missing"
+                    )
+                summary.note(log_time_ns, log_time_ns, {channel: 1})
+            case Opcode.CHUNK:
+                offset = record.start - HEAD.size
+                data = self._frames.chunk_data(offset)
+                entries = self.entries(data, offset, summary)
+                if entries.times:
+                    start_ns, end_ns = min(entries.times), max(entries.times)
+                    summary.chunks.append(ChunkPlace(start_ns, end_ns, offset, None))
+                    summary.note(start_ns, end_ns, Counter(entries.channels))
+            case _:
+                pass
+
+    def _keep(self, length: int, offset: int) -> None:
+        self._kept_bytes += length
+        if self._kept_bytes > MAX_DEFINITIONS_BYTES:
+            self._frames.fail(
+                offset, f"schemas, topics and metadata have more than {MAX_DEFINITIONS_BYTES:,} bytes"
+            )
+
+    def _add_schema(self, data: bytes, offset: int) -> None:
+        schema = self._frames.parsed(Schema.read, data, offset)
+        if schema.id not in self._schemas:
+            self._keep(len(data), offset)
+            self._schemas[schema.id] = schema
+
+    def _add_channel(self, data: bytes, offset: int, summary: Summary) -> None:
+        channel = self._frames.parsed(Channel.read, data, offset)
+        if channel.id in summary.topics:
+            return
+        self._keep(len(data), offset)
+        schema = self._schemas.get(channel.schema_id)
+        if schema is None and channel.schema_id:
+            raise _MissingSchemaError(
+                self._frames.path,
+                f"byte {offset:,}",
+                f"the topic {channel.topic[:80]!r} has the schema {channel.schema_id}, which is missing",
+            )
+        try:
+            profiles = qos_profiles(channel.metadata.get("offered_qos_profiles"))
+        except YamlError:
+            profiles = ()  # of no use, and no reason not to read the messages
+        summary.topics[channel.id] = BagTopic(
+            name=channel.topic,
+            type_name="" if schema is None else full_type_name(schema.name),
+            # Broken bytes make a definition that cannot be parsed, which is reported for its topic.
+            definition="" if schema is None else schema.data.decode(errors="replace"),
+            definition_format="" if schema is None else schema.encoding,
+            type_hash=channel.metadata.get("topic_type_hash", ""),
+            qos_profiles=profiles,
+            encoding=channel.message_encoding,
+        )
+
+    def entries(self, data: bytes, offset: int, summary: Summary) -> Entries:
+        """Return the messages of a chunk as they are in it, and learn its schemas and channels.
+
+        Args:
+            data: The chunk.
+            offset: Where it is in the file.
+            summary: Of the file.
+        """
+        entries = Entries.empty()
+        times, starts, channels = entries
+        position, size, head_size = 0, len(data), HEAD.size
+        unpack_head, unpack_message = HEAD.unpack_from, MESSAGE.unpack_from
+        while position < size:
+            if size - position < head_size:
+                self._frames.fail(offset, "the last record of a chunk is cut")
+            opcode, length = unpack_head(data, position)
+            start, position = position, position + head_size + length
+            if position > size:
+                self._frames.fail(offset, f"a record in a chunk states {length:,} bytes, and there are fewer")
+            if opcode == Opcode.MESSAGE:
+                if position - start < MESSAGE.size:
+                    self._frames.fail(offset, "a message is too short")
+                _, _, channel, _, log_time_ns, _ = unpack_message(data, start)
+                times.append(log_time_ns)
+                starts.append(start)
+                channels.append(channel)
+            elif opcode == Opcode.SCHEMA:
+                self._add_schema(data[start + head_size : position], offset)
+            elif opcode == Opcode.CHANNEL:
+                self._add_channel(data[start + head_size : position], offset, summary)
+        if unknown := set(channels) - summary.topics.keys():
+            self._frames.fail(offset, f"messages are of the channel {min(unknown)}, which is missing")
+        return entries
