@@ -6,16 +6,19 @@ A bridge has two sides, "ours" (callboard's graph) and "theirs" (the other netwo
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.bridges.report import Reason, Refusal
 from actors.qos.profile import QoSProfile
 from proto.wire.codes import EntryKind
+from proto.wire.labels import NODE_KEY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from actors.graph.snapshot import GraphSnapshot
+    from proto.wire.frames import Scalar
 
 ORIGIN_LABEL: Final = "origin"
 """Label of a mirror in callboard's graph: the network that its original is in, such as "ros2/7"."""
@@ -112,9 +115,18 @@ def our_graph(snapshot: GraphSnapshot) -> SideGraph:
             nodes.add(SideNode(entry.node, origin, shared=entry.qos.get("shared") is True))
         elif not origin and not entry.name.startswith(bridges):
             kind = EntryKind(entry.kind)
-            qos = QoSProfile.from_wire(entry.qos) if kind in _TOPICS else None
+            qos = _profile(entry.qos) if kind in _TOPICS else None
             endpoints.add(SideEndpoint(entry.node, kind, entry.name, entry.type_name, entry.type_hash, qos))
     return SideGraph(frozenset(nodes), frozenset(endpoints))
+
+
+def _profile(fields: Mapping[str, Scalar]) -> QoSProfile:
+    return _known_profile(tuple(each for each in fields.items() if each[0] != NODE_KEY))
+
+
+@lru_cache(maxsize=1000)  # each graph asks for those of all endpoints, and few of them differ
+def _known_profile(fields: tuple[tuple[str, Scalar], ...]) -> QoSProfile:
+    return QoSProfile.from_wire(dict(fields))
 
 
 def unseen(ours: SideGraph, bridge: str, user: str | None) -> tuple[Refusal, ...]:

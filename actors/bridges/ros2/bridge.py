@@ -24,6 +24,7 @@ from actors.bridges.graph import (
     unseen,
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
+from actors.bridges.planning_budget import PlanningBudget
 from actors.bridges.qos import is_latched
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.conversion import converter
@@ -45,7 +46,7 @@ from proto.wire.codes import EntryKind
 from proto.wire.names import split_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Generator, Mapping
 
     from actors.bridges.counters import Counters
     from actors.bridges.plan import Mirror, Plan, SidePlan
@@ -57,7 +58,8 @@ if TYPE_CHECKING:
     from actors.node.node import Node
 
 LEAST_PAUSE_SEC: Final = 0.02
-"""Time between two plans while the graphs change: a launch causes hundreds of changes."""
+"""Time between two plans while the graphs change, unless the budget of planning says more: a launch causes
+hundreds of changes."""
 
 POLL_SEC: Final = 0.1
 """Time between two looks at ROS 2's graph; one that finds no change costs microseconds."""
@@ -145,6 +147,7 @@ class Bridge:
         self._election = Election(bridge_id)
         self._marker: BareNode | None = None
         """Says in callboard's graph that this bridge is active."""
+        self._budget = PlanningBudget()
         self._ours = SideGraph()
         self._unseen: tuple[Refusal, ...] = ()
         self._labels: list[Mapping[str, str]] = []
@@ -196,7 +199,7 @@ class Bridge:
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
-                await asyncio.sleep(LEAST_PAUSE_SEC)
+                await self._pause()
         finally:
             for each in tasks:
                 each.cancel()
@@ -275,11 +278,24 @@ class Bridge:
 
     async def _watch(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
-            self._ours = our_graph(watch.snapshot)
+            with self._planning():
+                self._ours = our_graph(watch.snapshot)
             self._unseen = unseen(self._ours, self._node.get_fully_qualified_name(), self._node.user)
             self._labels = list(watch.snapshot.node_labels().values())
             self._news.set()
-            await asyncio.sleep(LEAST_PAUSE_SEC)
+            await self._pause()
+
+    @contextlib.contextmanager
+    def _planning(self) -> Generator[None]:
+        """Count what reading or planning costs: CPU time, as a busy machine makes the work no larger."""
+        began = time.thread_time()
+        yield
+        self._budget.spend(asyncio.get_running_loop().time(), time.thread_time() - began)
+
+    async def _pause(self) -> None:
+        """Let the loop do other things before the graphs are read, or planned for, again."""
+        pause = self._budget.pause(asyncio.get_running_loop().time())
+        await asyncio.sleep(max(LEAST_PAUSE_SEC, pause))
 
     def _elect(self, now: float, there: SideGraph) -> bool:
         """Return whether this bridge, and no other one between the same networks, shows mirrors."""
@@ -297,7 +313,9 @@ class Bridge:
         """Hide what the plan has no longer, show what is new in it, and receive what it wants."""
         new = EMPTY_PLAN
         if active:
-            new = self._plan = plan(self._ours, there, self._rules, self._types.known, self._plan)
+            await self._look_up_types(there)
+            with self._planning():
+                new = self._plan = plan(self._ours, there, self._rules, self._types.known, self._plan)
         if active and self._marker is None:
             # Before the first mirror, so that another bridge knows.
             self._marker = self._node.create_bare_node(
@@ -317,6 +335,12 @@ class Bridge:
         self._receive(new)
         if not active:
             self._unmark()
+
+    async def _look_up_types(self, there: SideGraph) -> None:
+        """Import the types that are new: that takes up to 0.1 s each, once, and is no cost of plans."""
+        for name in {each.type_name for graph in (self._ours, there) for each in graph.endpoints}:
+            self._types.known(name)
+            await asyncio.sleep(0)
 
     async def _hide_surplus(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
         successors = {_original_of(each) for each in wanted.mirrors - side.shown.keys() if _keeps(each)}
@@ -424,8 +448,11 @@ class Bridge:
             if not profiles and topic.is_received:
                 profiles = wanted.theirs.latched.get(key, ())
             self._attempt(topic.set_intake, profiles)
+        receivers: dict[str, dict[str, int]] = {}
+        for (name, node), index in wanted.ours.receivers.items():
+            receivers.setdefault(name, {})[node] = index
         for key, here in self._from_callboard.items():
-            here.set_intake(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
+            here.set_intake(wanted.ours.intake.get(key, ()), receivers.get(key[0], {}))
         for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
             for key in [key for key, topic in topics.items() if topic.is_idle]:
                 del topics[key]
@@ -498,11 +525,6 @@ class _Pace:
         self._steps += 1
         if self._steps % STEPS == 0:
             await asyncio.sleep(0)
-
-
-def _receivers(side: SidePlan, topic: str) -> dict[str, int]:
-    """Return which of a topic's subscriptions takes the messages of which node."""
-    return {node: index for (name, node), index in side.receivers.items() if name == topic}
 
 
 def _topic_of(mirror: Mirror) -> tuple[str, str]:

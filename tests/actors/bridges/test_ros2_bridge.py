@@ -13,6 +13,7 @@ import pytest
 
 import actors
 from actors.bridges.counters import Counters
+from actors.bridges.planning_budget import PlanningBudget
 from actors.bridges.ros2 import bridge as bridge_module
 from actors.bridges.ros2.bridge import Bridge
 from actors.bridges.ros2.errors import SuspendedError, UnknownTypeError
@@ -130,6 +131,31 @@ async def test_topics_cross_while_somebody_listens(between: Between) -> None:
     await until(lambda: between.shown("ros2") == (0, 0))
     between.network.leave("/native")
     await until(lambda: between.shown("callboard") == (0, 0))
+
+
+async def test_reading_and_planning_have_a_budget(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, between: Between
+) -> None:
+    """What they cost is counted, and the bridge asks how long to pause before it reads or plans again."""
+    asked: list[str] = []
+
+    class Budget(PlanningBudget):
+        def spend(self, now: float, seconds: float) -> None:
+            asked.append("spend")
+            super().spend(now, seconds)
+
+        def pause(self, now: float) -> float:
+            asked.append("pause")
+            return super().pause(now)
+
+    monkeypatch.setattr(bridge_module, "PlanningBudget", Budget)
+    node, network = await meeting.node("second"), Network()
+    bridge = Bridge(node, make_ros(network), Rules(), Counters(), bridge_id="two", domain_id=8)
+    running = asyncio.create_task(bridge.run())
+    between.here.create_publisher(String, "/down", 10)
+    await until(lambda: bridge.document()["shown"]["ros2"]["endpoints"] == 1)
+    await until(lambda: asked.count("spend") > 1 and asked[-1] == "pause")
+    await cancel_and_wait(running)
 
 
 async def test_publishers_with_different_offers(between: Between) -> None:
