@@ -1,0 +1,346 @@
+"""The mirrors that a bridge shows on both sides, and what crosses through them: what a plan says, done."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bridges.graph import BRIDGE_APART, ORIGIN_LABEL
+from actors.bridges.qos import is_latched
+from actors.bridges.ros2.conversion import converter
+from actors.bridges.ros2.errors import RosError, UnknownTypeError
+from actors.bridges.ros2.inbound_calls import InboundCalls
+from actors.bridges.ros2.outbound_calls import OutboundCalls
+from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
+from actors.bridges.rules import GLOBAL_TOPICS
+from actors.qos.profile import QoSProfile
+from proto.wire.codes import EntryKind
+from proto.wire.names import split_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.bridges.counters import Counters
+    from actors.bridges.plan import Mirror, Plan, SidePlan, Topic
+    from actors.bridges.ros2.observer import Observer
+    from actors.bridges.ros2.participant import Participant
+    from actors.bridges.ros2.types import Types
+    from actors.bridges.rules import Rules
+    from actors.node.node import Node
+
+STEPS: Final = 10
+"""Nodes and endpoints shown or hidden before messages have their turn: some milliseconds."""
+
+
+class Mirrors:
+    """The mirrors on both sides.
+
+    Args:
+        node: The bridge's node in callboard.
+        participant: The bridge's participant in ROS 2.
+        origin: The label of mirrors in callboard, such as "ros2/7".
+        observer: Knows ROS 2's graph.
+        types: Finds the types of both sides.
+        rules: The names of topics and nodes on the other side.
+        counters: Counts what crosses.
+        warn: Logs a warning, at a limited rate for each kind; gets the kind and the line.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        participant: Participant,
+        *,
+        origin: str,
+        observer: Observer,
+        types: Types,
+        rules: Rules,
+        counters: Counters,
+        warn: Callable[[str, str], None],
+    ) -> None:
+        self._observer = observer
+        self._types = types
+        self._rules = rules
+        self._counters = counters
+        self._warn = warn
+        self._control = participant.control
+        self._here = _CallboardSide(node, origin)
+        self._there = _RosSide(participant)
+        self._own_node = node.create_bare_node(
+            f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: origin}, apart=BRIDGE_APART
+        )
+        """For endpoints in callboard that are no mirrors: clients, and further subscriptions."""
+        self._from_ros: dict[Topic, TopicFromRos] = {}
+        self._from_callboard: dict[Topic, TopicFromCallboard] = {}
+        outward, inward = (partial(counters.service, from_theirs=each) for each in (False, True))
+        self._outbound = OutboundCalls(
+            self._control, types, outward, self._from_ros.get, observer.request_hash
+        )
+        self._inbound = InboundCalls(self._own_node, types, inward, warn, self._from_callboard.get)
+        self._is_complete = True
+        """Whether no side has refused anything of the last plan."""
+
+    async def apply(self, wanted: Plan) -> bool:
+        """Hide what a plan has no longer, show what is new in it, and receive what it wants.
+
+        Args:
+            wanted: The plan.
+
+        Returns:
+            False if a side has refused something, which may work later with the same plan.
+        """
+        self._is_complete = True
+        pace = _Pace()
+        sides = (self._here, wanted.ours), (self._there, wanted.theirs)
+        for side, of_side in sides:
+            await self._hide_surplus(side, of_side, pace)
+        for side, of_side in sides:
+            await self._show_missing(side, of_side, pace)
+        self._receive(wanted)
+        return self._is_complete
+
+    def find_publishers(self, is_here: Callable[[str], bool]) -> None:
+        """Pass on messages whose publishers the graphs did not show when they arrived, or show no longer.
+
+        Args:
+            is_here: Returns whether callboard's graph has a native node of a name.
+        """
+        for received in self._from_ros.values():
+            received.look_again()
+        for passed_on in self._from_callboard.values():
+            passed_on.publish_for_departed(is_here)
+
+    def close(self) -> None:
+        """Let nothing cross, and hide everything in callboard; the participant hides the nodes in ROS 2."""
+        self._outbound.close()
+        self._inbound.close()
+        for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
+            for topic in topics.values():
+                topic.close()
+        self._here.close()
+        self._own_node.destroy()
+
+    def document(self) -> dict[str, Any]:
+        """Return what is shown where, and what the broker refuses, as a JSON object."""
+        here, there = self._here, self._there
+        nodes = {name: node.refusal for name, node in here.nodes.items() if node.refusal}
+        endpoints = {mirror: each.refusal for mirror, each in here.shown.items() if each.refusal}
+        # Endpoints of a refused node have the same reason.
+        others = {f"{mirror.name}: {text}" for mirror, text in endpoints.items() if mirror.node not in nodes}
+        return {
+            "shown": {
+                "callboard": {
+                    "nodes": len(here.nodes) - len(nodes),
+                    "endpoints": len(here.shown) - len(endpoints),
+                },
+                "ros2": {"nodes": len(there.nodes), "endpoints": len(there.shown)},
+            },
+            "refused_by_broker": sorted(others | {f"{name}: {text}" for name, text in nodes.items()}),
+        }
+
+    async def _hide_surplus(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
+        successors = {_original_of(each) for each in wanted.mirrors - side.shown.keys() if _keeps(each)}
+        for mirror in side.shown.keys() - wanted.mirrors:
+            self._hide(side, mirror, is_replaced=_keeps(mirror) and _original_of(mirror) in successors)
+            await pace.step()
+        for node in side.nodes.keys() - wanted.nodes.keys():
+            destroy = side.nodes.pop(node).destroy
+            if seconds := side.lingering.pop(node, 0.0):
+                asyncio.get_running_loop().call_later(seconds, destroy)
+            else:
+                destroy()
+            await pace.step()
+
+    async def _show_missing(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
+        for node in sorted(wanted.nodes.keys() - side.nodes.keys()):
+            self._attempt(side.add, node)
+            await pace.step()
+        for mirror in sorted(wanted.mirrors - side.shown.keys(), key=_order):
+            if mirror.node in side.nodes:
+                self._attempt(self._show, side, mirror)
+            await pace.step()
+
+    def _attempt(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Do what ROS 2 may refuse, which concerns one name and no other."""
+        try:
+            function(*arguments)
+        except (RosError, UnknownTypeError) as error:
+            self._is_complete = False
+            if self._counters.failed(str(error)):
+                self._warn("what a side refuses; 'callboard bridge info' shows all", str(error))
+
+    def _show(self, side: _Side, mirror: Mirror) -> None:
+        """Show an endpoint."""
+        here = side is self._here
+        node = side.nodes[mirror.node]
+        handle: Any
+        called = ""
+        if mirror.kind is EntryKind.CLIENT:
+            types = self._types.service(mirror.type_name)
+            if here:
+                handle = node.create_client(types.ours, mirror.name)
+            else:
+                # It is only seen: it keeps no more of the responses to others than it must.
+                handle = node.create_client(types.theirs, mirror.name, qos=QoSProfile(depth=1))
+                called = mirror.name
+        elif mirror.kind is EntryKind.SERVICE:
+            handle = (self._outbound if here else self._inbound).show(mirror, node)
+            if here and any(
+                each.kind is EntryKind.CLIENT and each.name == mirror.source for each in self._there.shown
+            ):
+                called = mirror.source
+        elif mirror.kind is EntryKind.PUBLISHER:
+            handle = self._topic(mirror, from_ros=here).add_publisher(mirror, node)
+        else:
+            handle = self._topic(mirror, from_ros=not here).add_subscription(mirror, node)
+        side.shown[mirror] = handle
+        if called:  # not before: it may be refused, and what is shown would never be hidden
+            self._outbound.prepare(called)
+
+    def _hide(self, side: _Side, mirror: Mirror, *, is_replaced: bool) -> None:
+        """Hide an endpoint."""
+        here, handle = side is self._here, side.shown.pop(mirror)
+        if mirror.kind is EntryKind.CLIENT:
+            handle.destroy()
+        elif mirror.kind is EntryKind.SERVICE:
+            (self._outbound if here else self._inbound).hide(mirror)
+        else:
+            from_ros = here is (mirror.kind is EntryKind.PUBLISHER)
+            topic = self._topics(from_ros=from_ros)[_topic_of(mirror)]
+            if seconds := topic.remove(mirror, is_replaced=is_replaced):
+                side.lingering[mirror.node] = seconds
+
+    def _topics(self, *, from_ros: bool) -> dict[Topic, Any]:
+        return self._from_ros if from_ros else self._from_callboard
+
+    def _topic(self, mirror: Mirror, *, from_ros: bool) -> Any:
+        """Return what receives a topic on the side where its messages come from."""
+        topics, key = self._topics(from_ros=from_ros), _topic_of(mirror)
+        if key not in topics:
+            types, name = self._types.message(mirror.type_name), key[0]
+            counts = self._counters.topic(name, mirror.type_name, from_theirs=from_ros)
+            control = self._control
+            convert = converter(types, name, self._rules.prefix, from_ros=from_ros)
+            topics[key] = (
+                TopicFromRos(name, types, self._observer, control, counts, convert=convert)
+                if from_ros
+                else TopicFromCallboard(
+                    name,
+                    types,
+                    self._own_node,
+                    control,
+                    counts,
+                    theirs=self._rules.name_there(name) or name,
+                    convert=convert,
+                )
+            )
+        return topics[key]
+
+    def _receive(self, wanted: Plan) -> None:
+        """Receive what the plan wants; latched messages that have arrived need not arrive again."""
+        for key, topic in self._from_ros.items():
+            profiles = wanted.theirs.intake.get(key, ())
+            if not profiles and topic.is_received:
+                profiles = wanted.theirs.latched.get(key, ())
+            self._attempt(topic.set_intake, profiles)
+        receivers: dict[str, dict[str, int]] = {}
+        for (name, node), index in wanted.ours.receivers.items():
+            receivers.setdefault(name, {})[node] = index
+        for key, here in self._from_callboard.items():
+            here.set_intake(wanted.ours.intake.get(key, ()), receivers.get(key[0], {}))
+        for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
+            for key in [key for key, topic in topics.items() if topic.is_idle]:
+                del topics[key]
+
+
+class _Side:
+    """What is shown on one side.
+
+    Attributes:
+        nodes: The mirrors of nodes, by full name.
+        shown: The mirrors of endpoints, with the endpoints.
+        lingering: By node, in how many seconds it can be destroyed, as its last messages are on their way.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: dict[str, Any] = {}
+        self.shown: dict[Mirror, Any] = {}
+        self.lingering: dict[str, float] = {}
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        raise NotImplementedError
+
+
+class _CallboardSide(_Side):
+    """What is shown in callboard."""
+
+    def __init__(self, owner: Node, origin: str) -> None:
+        super().__init__()
+        self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        namespace, base = split_node_name(name)
+        self.nodes[name] = self._owner.create_bare_node(
+            base,
+            namespace=namespace,
+            labels=self._labels,
+            apart=BRIDGE_APART,
+            shared_name=True,
+            yields_name=True,
+        )
+
+    def close(self) -> None:
+        """Hide everything."""
+        for node in self.nodes.values():
+            node.destroy()
+
+
+class _RosSide(_Side):
+    """What is shown in ROS 2."""
+
+    def __init__(self, participant: Participant) -> None:
+        super().__init__()
+        self._participant = participant
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        self.nodes[name] = self._participant.mirror_node(name)
+
+
+class _Pace:
+    """Lets messages have their turn after every few nodes and endpoints."""
+
+    def __init__(self) -> None:
+        self._steps = 0
+
+    async def step(self) -> None:
+        """Note that one was shown or hidden."""
+        self._steps += 1
+        if self._steps % STEPS == 0:
+            await asyncio.sleep(0)
+
+
+def _topic_of(mirror: Mirror) -> Topic:
+    """Return the name and type of a mirror's topic on the side where its messages come from."""
+    is_source = mirror.kind is EntryKind.PUBLISHER
+    return (mirror.source if is_source else mirror.name), mirror.type_name
+
+
+def _keeps(mirror: Mirror) -> bool:
+    """Return whether a mirror is a publisher that keeps messages for late joiners."""
+    # A line of a log that was read is not read again.
+    is_publisher = mirror.kind is EntryKind.PUBLISHER and mirror.source not in GLOBAL_TOPICS
+    return is_publisher and mirror.qos is not None and is_latched(mirror.qos)
+
+
+def _original_of(mirror: Mirror) -> tuple[str, str, str]:
+    """Return what mirrors of one publisher have in common."""
+    return mirror.source_node, mirror.source, mirror.type_name
+
+
+def _order(mirror: Mirror) -> tuple[bool, str, str]:
+    """Put publishers behind all others, so that nothing is published before it can be passed on."""
+    return mirror.kind is EntryKind.PUBLISHER, mirror.node, mirror.name
