@@ -23,7 +23,8 @@ def test_a_node_of_an_earlier_client_has_no_labels() -> None:
     assert decode(framed(Op.NODE, 1, "/a")) == frames.Node(1, "/a")
     node = frames.Node(1, "/a", shared=True, labels={"origin": "ros2/7"}, apart="ros2/7")
     assert decode(encode(node)) == node
-    assert decode(encode(node._replace(yields=True))).yields
+    yielding = node._replace(yields=True)
+    assert decode(encode(yielding)) == yielding
     assert encode(node) == framed(Op.NODE, 1, "/a", True, {"origin": "ros2/7"}, "ros2/7", False)
 
 

@@ -71,8 +71,9 @@ def texts(path: Path) -> list[str]:
 
 def metadata_of(bag: Path) -> dict[str, Any]:
     """Return what metadata.yaml says."""
-    found: dict[str, Any] = yaml.safe_load((bag / "metadata.yaml").read_text(encoding="utf-8"))
-    return found["rosbag2_bagfile_information"]
+    document = yaml.safe_load((bag / "metadata.yaml").read_text(encoding="utf-8"))
+    found: dict[str, Any] = document["rosbag2_bagfile_information"]
+    return found
 
 
 async def test_messages_are_in_the_bag_with_their_times_and_numbers(meeting: Meeting, tmp_path: Path) -> None:

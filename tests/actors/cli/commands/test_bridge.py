@@ -62,8 +62,7 @@ async def test_the_counts_of_a_bridge(desk: Desk) -> None:
     pose.received, pose.sent, pose.lost = 5, 3, 1
     pose.drop("invalid", "a string with NUL", 2)
     lights = counters.service("/lights", from_theirs=True)
-    lights.received()
-    lights.sent()
+    lights.received = lights.sent = 1
     refusal = Refusal("/map", Reason.TYPE_MISSING, "ROS 2 has no type a/msg/Map", "a/msg/Map")
     counters.refuse((refusal, refusal._replace(name="/silent", quiet=True)))
     counters.failed("ROS 2 refuses /x")
