@@ -101,7 +101,7 @@ class NodeContext(LinkEndpoint):
         unread: Messages received but not taken by callbacks when the node stopped.
         shared_name: Whether other nodes may have the same name.
         strict_qos: Whether endpoints that do not say so themselves match no incompatible ones.
-        labels: Texts for people and tools, by name.
+        labels: Texts for users and tools, by name.
         declared: Whether the broker of this session has accepted or refused the node.
         refusal: Why it has refused it; "" if it has not.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.

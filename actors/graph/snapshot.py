@@ -248,7 +248,7 @@ class GraphSnapshot:
         """Return the labels of all nodes that have some.
 
         Returns:
-            By full name, texts by name. If nodes share the name, a label has the texts of all of them,
+            By full name, the labels. If nodes share the name, a label has the values of all of them,
             sorted, with commas between them.
         """
         found: dict[str, dict[str, set[str]]] = {}

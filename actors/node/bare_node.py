@@ -50,7 +50,7 @@ class BareNode(NodeEndpoints):
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """Its labels: texts by name."""
+        """Its labels: strings by name."""
         return dict(self._bare.labels)
 
     @property

@@ -64,7 +64,7 @@ class NodeOptions:
             are delivered all the same, unless the other endpoint is strict; both sides get a warning in any
             case.
         labels: Texts by name, which the graph shows beside the node's name, such as {"origin": "ros2/7"}.
-            They are for people and tools, and have no other effect. At most 16; a name is 1 to 64 letters,
+            They are for users and tools, and have no other effect. At most 16; a name is 1 to 64 letters,
             digits and `_./-`, a value printable text of at most 256 bytes, all together at most 1 KiB.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
             the error.

@@ -104,9 +104,9 @@ class Pong(NamedTuple):
 class Node(NamedTuple):
     """Declares a node under its full name.
 
-    `shared`: other nodes that declare the same may have the name, too (§5.2.2). `labels`: texts by name, for
-    people and tools (§5.2.4). `apart`: endpoints of nodes with the same text do not match (§5.4.5). `yields`:
-    a node that does not share its name takes this one's (§5.2.5).
+    `shared`: other nodes that declare the same may have the name, too (§5.2.2). `labels`: strings by name,
+    for users and tools (§5.2.4). `apart`: endpoints of nodes with the same text do not match (§5.4.5).
+    `yields`: a node that does not share its name takes this one's (§5.2.5).
     """
 
     id: int

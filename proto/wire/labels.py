@@ -1,4 +1,4 @@
-"""Labels of nodes: information for people and tools, such as `origin: ros2/7` (docs/protocol.md §5.2.4).
+"""Labels of nodes: information for users and tools, such as `origin: ros2/7` (docs/protocol.md §5.2.4).
 
 They travel in NODE as a map, and in the graph as keys `label.NAME` of the node's qos map. Endpoints of a node
 with labels name its entry there, as nodes may share names.
