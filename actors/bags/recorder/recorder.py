@@ -54,6 +54,7 @@ class RecordingStatistics:
         topics: By topic, the messages in the bag.
         received: Messages that arrived while nothing was paused.
         written: Messages in the bag.
+        flushed: Those that survive a kill of the process: all that are older than half a second.
         lost: Messages that did not arrive.
         dropped: Messages that arrived and found the memory full.
         invalid: Messages that are none of their topic's type.
@@ -65,6 +66,7 @@ class RecordingStatistics:
     topics: dict[str, int]
     received: int
     written: int
+    flushed: int
     lost: int
     dropped: int
     invalid: int
@@ -283,6 +285,7 @@ class Recorder:
             topics={name: each.topic.counts.written for name, each in sources.items()},
             received=total["received"],
             written=total["written"],
+            flushed=self._thread.flushed,
             lost=total["lost"],
             dropped=total["dropped"],
             invalid=total["invalid"],

@@ -92,6 +92,7 @@ class WriterThread:
 
     Attributes:
         error: Why nothing is written any more; None while it is.
+        flushed: Messages that the operating system has: they survive a kill of the process.
     """
 
     def __init__(
@@ -119,6 +120,7 @@ class WriterThread:
         self._ended: asyncio.Future[None] = self._loop.create_future()
         self._losses: Mapping[str, Mapping[str, Any]] = {}
         self.error: Exception | None = None
+        self._written = self.flushed = 0
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
 
     @property
@@ -228,6 +230,8 @@ class WriterThread:
         try:
             step = self._queue.get(timeout=self._plan.wait_sec(self._clock()))
         except Empty:
+            if not self._plan.is_due(self._clock()):
+                return True
             step = self._flush
         if step is None:
             return False
@@ -277,6 +281,7 @@ class WriterThread:
             key = gid if topic.is_latched else None
             bag.write(topic.number, cdr, log_time_ns, publish_time_ns, sequence, latched_key=key)
             topic.counts.written += 1
+            self._written += 1
             unchecked += max(len(cdr), LEAST_BYTES)
             if unchecked >= CHECKED_BYTES:
                 unchecked = 0
@@ -297,10 +302,12 @@ class WriterThread:
         # The file of a folder that was removed can be written for hours, and is nowhere in the end.
         if not bag.file.exists():
             raise BagWriteError(f"{bag.file}: has been removed while it was written")
+        self.flushed = self._written
 
     def _split(self, bag: BagWriter) -> None:
         self._plan.flushed()
         bag.split()
+        self.flushed = self._written
 
     def _look_at_file(self, bag: BagWriter) -> None:
         """Report a split, whatever has caused it."""

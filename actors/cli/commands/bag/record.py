@@ -349,4 +349,8 @@ def _summary(recorder: Recorder) -> str:
         if count
     )
     rest = f"; not recorded: {missing}" if missing else ""
-    return f"{recorder.path}: {found.written:,} messages of {topics} topics{rest}"
+    parts = (
+        f"{number:,} {noun}{'' if number == 1 else 's'}"
+        for number, noun in ((found.written, "message"), (topics, "topic"))
+    )
+    return f"{recorder.path}: {' of '.join(parts)}{rest}"

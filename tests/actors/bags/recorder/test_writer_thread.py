@@ -1,0 +1,286 @@
+"""The thread that writes, with a bag in memory and a clock that the test sets."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.bags.errors import BagExistsError, BagFullError, BagWriteError
+from actors.bags.recorder.buffers import FLUSH_SEC, OVERHEAD_BYTES, QueuedMessage
+from actors.bags.recorder.recorded_topic import RecordedTopic
+from actors.bags.recorder.writer_thread import WriterThread
+from actors.interfaces import cdr
+from actors.interfaces.codec import codec_for
+from actors.interfaces.std_msgs.msg import Int32
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+from tests.waiting import until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from actors.bags.records import BagTopic
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Bag:
+    """Notes what the thread does.
+
+    Attributes:
+        done: What has been called, with the values of messages.
+        fails: Raised by the next call of a method of this name.
+        lets_write: Set while messages may be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.done: list[Any] = []
+        self.losses: Mapping[str, Any] = {}
+        self.fails: dict[str | int, Exception] = {}
+        self.lets_write = threading.Event()
+        self.lets_write.set()
+        self._folder, self._number = folder, 0
+        self.file.touch()
+
+    @property
+    def file(self) -> Path:
+        """The file of now."""
+        return self._folder / f"{self._number}.mcap"
+
+    def _note(self, what: str | int, *rest: Any) -> None:
+        if what in self.fails:
+            raise self.fails.pop(what)
+        self.done.append((what, *rest) if rest else what)
+
+    def add_topic(self, topic: BagTopic) -> int:
+        """Add a topic."""
+        self._note("topic", topic.name)
+        return 7
+
+    def write(
+        self,
+        number: int,
+        data: bytes,
+        log_time_ns: int,
+        publish_time_ns: int,
+        sequence: int = 0,
+        *,
+        latched_key: bytes | None = None,
+    ) -> None:
+        """Write a message."""
+        self.lets_write.wait()
+        assert number == 7
+        self._note(cdr.decode(Int32, data).data, log_time_ns, publish_time_ns, sequence, latched_key)
+
+    def flush(self) -> None:
+        """Flush."""
+        self._note("flush")
+
+    def split(self) -> None:
+        """Split."""
+        self._note("split")
+        self._number += 1
+        self.file.touch()
+
+    def set_losses(self, losses: Mapping[str, int], details: Mapping[str, Any] | None = None) -> None:
+        """Keep the losses."""
+        del details
+        self.losses = losses
+
+    def close(self) -> None:
+        """Close."""
+        self._note("close")
+
+
+class Desk:
+    """A thread, its bag, and what it has told the loop."""
+
+    def __init__(self, bag: Bag, **options: Any) -> None:
+        self.bag = bag
+        self.now = 0.0
+        self.errors: list[Exception] = []
+        self.splits: list[tuple[str, str]] = []
+        self.topic = RecordedTopic("/numbers", Int32, [QoSProfile(depth=1)])
+        self.thread = WriterThread(
+            lambda: bag,
+            on_failed=self.errors.append,
+            on_split=lambda closed, opened: self.splits.append((Path(closed).name, Path(opened).name)),
+            clock=lambda: self.now,
+            **options,
+        )
+
+    async def open(self) -> None:
+        """Start the thread, and add the topic."""
+        await self.thread.open()
+        self.thread.add_topic(self.topic)
+
+    def put(self, *numbers: int, topic: RecordedTopic | None = None) -> None:
+        """Queue messages whose numbers are their log times."""
+        encode: Callable[[Int32], bytes] = codec_for(Int32).encode
+        messages = [
+            QueuedMessage(each, topic or self.topic, encode(Int32(data=each)), each + 1, each + 2, b"gid")
+            for each in numbers
+        ]
+        self.thread.put(messages, sum(len(each.data) + OVERHEAD_BYTES for each in messages))
+
+
+async def test_messages_are_written_in_the_order_of_reception(tmp_path: Path) -> None:
+    """Those of a turn come topic by topic; a bag is in the order of its log times."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.put(3, 1, 2)
+    await desk.thread.close({})
+    messages = [(each, each, each + 1, each + 2, None) for each in (1, 2, 3)]
+    assert desk.bag.done == [("topic", "/numbers"), *messages, "close"]
+    assert (desk.topic.counts.written, desk.thread.queued_bytes, desk.errors) == (3, 0, [])
+
+
+async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
+    """Within half a second of its first message, by the clock; not for each message."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.put(1)
+    await until(lambda: desk.topic.counts.written == 1)
+    desk.now = FLUSH_SEC / 2
+    desk.put(2)
+    await until(lambda: desk.topic.counts.written == 2)
+    assert "flush" not in desk.bag.done
+    desk.now = FLUSH_SEC
+    desk.put(3)
+    await until(lambda: "flush" in desk.bag.done)
+    assert desk.thread.flushed == 3
+    await desk.thread.close({})
+
+
+async def test_a_chunk_is_written_without_further_messages(tmp_path: Path) -> None:
+    """The thread waits no longer than until it is due."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.put(1)
+    await until(lambda: desk.topic.counts.written == 1)
+    desk.now = FLUSH_SEC
+    await until(lambda: "flush" in desk.bag.done)
+    await desk.thread.close({})
+
+
+def _is_flushed(desk: Desk, count: int) -> bool:
+    return desk.thread.flushed == count
+
+
+async def test_without_a_cache_everything_is_written_at_once(tmp_path: Path) -> None:
+    """Each part of the queue is flushed."""
+    desk = Desk(Bag(tmp_path), write_through=True)
+    await desk.open()
+    for number in (1, 2):
+        desk.put(number)
+        await until(partial(_is_flushed, desk, number))
+    await desk.thread.close({})
+    assert desk.bag.done.count("flush") == 2
+
+
+async def test_latched_values_have_their_publisher(tmp_path: Path) -> None:
+    """So that the bag repeats the newest of each in its next file."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    latched = RecordedTopic("/map", Int32, [QoSProfile(depth=1), LATCHED])
+    desk.thread.add_topic(latched)
+    desk.put(1, topic=latched)
+    await desk.thread.close({})
+    assert (1, 1, 2, 3, b"gid") in desk.bag.done
+
+
+async def test_a_split_follows_what_is_queued(tmp_path: Path) -> None:
+    """And it is reported, with both files."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.put(1)
+    await desk.thread.split()
+    assert [each if isinstance(each, str) else each[0] for each in desk.bag.done] == ["topic", 1, "split"]
+    await until(lambda: desk.splits == [("0.mcap", "1.mcap")])
+    assert desk.thread.file.endswith("1.mcap")
+    await desk.thread.close({})
+
+
+async def test_losses_are_written_at_the_end(tmp_path: Path) -> None:
+    """The sum for each topic, whatever the reason."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    await desk.thread.close({"/numbers": {"lost": 1, "dropped": 2, "invalid": 3, "publishers": {}}})
+    assert desk.bag.losses == {"/numbers": 6}
+
+
+@pytest.mark.parametrize("step", [1, "flush", "split", "topic"])
+async def test_an_error_ends_the_writing(tmp_path: Path, step: Any) -> None:
+    """Case 42: it is told once, nothing more is written, the bag is closed, and the queue is emptied."""
+    desk = Desk(Bag(tmp_path))
+    desk.bag.fails[step] = BagFullError("full")
+    await desk.open()
+    desk.put(1)
+    with pytest.raises(BagFullError):
+        await (desk.thread.split() if step == "split" else desk.thread.flush())
+    desk.put(2)
+    with pytest.raises(BagFullError):
+        await desk.thread.split()
+    await desk.thread.close({})
+    assert [str(each) for each in desk.errors] == ["full"]
+    assert desk.bag.done[-1] == "close"
+    assert all(each[0] != 2 for each in desk.bag.done)
+    assert desk.thread.queued_bytes == 0
+
+
+async def test_an_error_at_the_end_is_told(tmp_path: Path) -> None:
+    """A disk may be full when the last chunk is written."""
+    desk = Desk(Bag(tmp_path))
+    desk.bag.fails["close"] = BagFullError("full")
+    await desk.open()
+    await desk.thread.close({})
+    await until(lambda: bool(desk.errors))
+    assert isinstance(desk.thread.error, BagFullError)
+
+
+async def test_a_bag_that_cannot_be_opened(tmp_path: Path) -> None:
+    """`open` raises the reason, and the thread has ended."""
+
+    def fail() -> Bag:
+        raise BagExistsError("exists")
+
+    del tmp_path
+    told: list[Any] = []
+    thread = WriterThread(fail, on_failed=told.append, on_split=lambda closed, _: told.append(closed))
+    with pytest.raises(BagExistsError):
+        await thread.open()
+    await thread.close({})
+    assert not told
+
+
+async def test_a_removed_file_is_noticed(tmp_path: Path) -> None:
+    """Writing into it would raise nothing."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.bag.file.unlink()
+    with pytest.raises(BagWriteError, match="removed"):
+        await desk.thread.flush()
+    await desk.thread.close({})
+
+
+async def test_room_is_reported(tmp_path: Path) -> None:
+    """Whoever waits is called when a part of the queue is written, or at once if nothing is queued."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    room = asyncio.Event()
+    desk.thread.when_room(room.set)
+    await room.wait()
+    room.clear()
+    desk.bag.lets_write.clear()
+    desk.put(1)
+    desk.thread.when_room(room.set)
+    assert desk.thread.queued_bytes > 0
+    assert not room.is_set()
+    desk.bag.lets_write.set()
+    await room.wait()
+    assert desk.thread.queued_bytes == 0
+    await desk.thread.close({})

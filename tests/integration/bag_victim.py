@@ -1,0 +1,52 @@
+"""A recorder that kills itself under load: `python -m tests.integration.bag_victim BAG SECONDS`.
+
+The broker, the publisher and the recorder are in this process. It prints how many messages of the recorder's
+the operating system has, and kills itself so many seconds after the first of them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+import threading
+from functools import partial
+
+import actors
+from actors.bags import Recorder, RecorderOptions, Selection
+from actors.interfaces.std_msgs.msg import String
+from broker import Broker, BrokerOptions
+
+PADDING = "x" * 200
+KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+
+
+async def main(bag: str, seconds: float) -> None:
+    """Record until the process dies."""
+    options = RecorderOptions(max_bag_size=200_000, lossless=True)
+    async with (
+        Broker(BrokerOptions(port=0)) as broker,
+        actors.Node("talker", url=broker.url) as node,
+        Recorder(bag, Selection(topics=["/chatter"]), options, url=broker.url) as recorder,
+    ):
+        talker = node.create_publisher(String, "/chatter", KEEP_ALL)
+        while not talker.get_subscription_count():
+            await asyncio.sleep(0)
+        number = reported = 0
+        while True:
+            for _ in range(20):
+                await talker.ready()
+                talker.publish(String(data=f"{number} {PADDING}"))
+                number += 1
+            await asyncio.sleep(0.005)
+            flushed = recorder.statistics().flushed
+            if flushed and not reported:
+                threading.Timer(seconds, partial(os.kill, os.getpid(), signal.SIGKILL)).start()
+            if flushed != reported:
+                reported = flushed
+                os.write(1, b"%d\n" % flushed)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(sys.argv[1], float(sys.argv[2])))
