@@ -28,9 +28,9 @@ ACTIVE: Final = "active"
 It declares that node before its first mirror, and destroys it after its last one.
 """
 SETTLE_SEC: Final = 3.0
-"""How long a bridge that callboard shows may be unseen in the other network, before it counts as being in
-another one; and how long one may need to say that it is active. Discovery takes a second at most on a quiet
-network, and a takeover has 5 s."""
+"""How long to wait for a bridge that callboard shows to appear in the other network, before it counts as a
+bridge of another one; and how long a bridge may need to say that it is active. Discovery takes a second at
+most on a quiet network, and a takeover has 5 s."""
 
 START_SEC: Final = 0.5
 """How long a bridge looks before it can be active at all: two may start at once, at two brokers of a mesh."""
@@ -69,8 +69,8 @@ class Election:
     """Decides whether this bridge is active.
 
     Args:
-        own_id: The id of this bridge; ids are compared as text.
-        settle_sec: How long to wait where it is not yet known who is a rival.
+        own_id: The id of this bridge; ids are compared as strings.
+        settle_sec: How long to wait while it is not known whether a bridge is a rival.
         start_sec: How long to wait at first, and after `disconnect`.
     """
 

@@ -26,13 +26,12 @@ BRIDGE_LABEL: Final = "bridge"
 """Label of a bridge's control node: the network that it is connected to."""
 BRIDGE_ID_LABEL: Final = "bridge_id"
 """Label of a bridge's control node: the id of the bridge, by which the other network shows it as well."""
-
 BRIDGE_STATE_LABEL: Final = "bridge_state"
 """Label of the node by which a bridge says that it is active, beside the two above."""
 
 BRIDGE_APART: Final = "bridge"
-"""Text by which all bridges keep their nodes in callboard apart: no mirror receives from another mirror, so
-that nothing that has crossed one bridge crosses another one."""
+"""The `apart` of all bridges' nodes in callboard: no mirror receives from another mirror, so that nothing
+that has crossed one bridge crosses another one."""
 
 _TOPICS: Final = frozenset({EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION})
 
@@ -107,7 +106,7 @@ def our_graph(snapshot: GraphSnapshot) -> SideGraph:
         snapshot: The graph.
     """
     nodes, endpoints = set[SideNode](), set[SideEndpoint]()
-    # Nobody elsewhere calls the services of bridges: who asks one for its report has no mirror for that.
+    # Services of bridges are not shown elsewhere, nor the clients of tools that ask bridges for reports.
     bridges = tuple(f"{name}/" for name, labels in snapshot.node_labels().items() if BRIDGE_LABEL in labels)
     for entry in snapshot.entries.values():
         origin = origin_of(snapshot.labels_of(entry))

@@ -3,7 +3,7 @@
 A mirror publisher offers what its original offers. The subscriptions that receive a topic (its intake) follow
 its publishers: they match all of them, and get as much as each offers. Publishers that differ in reliability
 or durability need more than one subscription: each message is then accepted from the one that `receiver_of`
-names for its publisher, and dropped where it arrives besides.
+names for its publisher, and dropped where it arrives as well.
 
 Other networks do not show the history and depth of an endpoint. For those, and where a burst must fit, the
 depths are here; rules can change them for each topic.
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 DEFAULT_DEPTH: Final = 10
 """Messages that a mirror keeps if its original's depth is unknown."""
 VOLATILE_DEPTH: Final = 100
-"""The least depth where nothing is kept for late joiners: what one turn of the bridge's loop reads fits."""
+"""The least depth of volatile topics: as many messages as the bridge's loop may read in one turn."""
 KEEP_ALL_DEPTH: Final = 1000
-"""Stands for KEEP_ALL in another network, where publishing to a full queue would block the whole bridge."""
+"""Replaces KEEP_ALL in another network, where publishing to a full queue would block the whole bridge."""
 LATCHED_DEPTH_PER_PUBLISHER: Final = 10
-"""Room in an intake for the latched messages of each publisher, which arrive at once."""
+"""Depth in an intake for the latched messages of each publisher, which arrive together."""
 STANDARD_DEPTHS: Final = {"/rosout": 1000, "/parameter_events": 1000}
 """Depths of ROS 2's own topics (rmw's qos_profiles.h)."""
 _ACTION_STATUS: Final = "/_action/status"
-"""End of the name of a topic whose publishers keep one message (rcl_action's default profile)."""
+"""The end of the names of topics whose publishers keep one message (rcl_action's default profile)."""
 
 _RELIABLE: Final = ReliabilityPolicy.RELIABLE
 _LATCHED: Final = DurabilityPolicy.TRANSIENT_LOCAL

@@ -22,11 +22,11 @@ from proto.untrusted_text import escape
 from proto.wire.names import normalize_namespace, validate_full_topic_name, validate_namespace
 
 MAX_PATTERNS: Final = 1000
-"""In each list: every new name is compared with all of them."""
+"""Patterns in each list: every new name is compared with all of them."""
 MAX_PATTERN_CHARACTERS: Final = 250
-"""Of a wrong pattern in an error; names are shorter."""
+"""Characters of a wrong value in an error; names are shorter."""
 MAX_DECISIONS: Final = 10_000
-"""Names whose decision is kept; then it is made again. More than a side has at once."""
+"""Names whose decision is kept, more than a side has at once; beyond it, all are made again."""
 
 MAX_NODES: Final = 1000
 """Mirror nodes on one side by default; 50 are a large robot."""
@@ -37,7 +37,7 @@ _MOST_ENDPOINTS: Final = 20_000
 """The most that can be configured: what a broker allows on one link by default."""
 
 GLOBAL_TOPICS: Final = frozenset({"/rosout", "/parameter_events"})
-"""Topics of all nodes, which have one name everywhere: a namespace is not put before them."""
+"""Topics of all nodes, which have the same name on both sides: a namespace is not put before them."""
 _ACTION: Final = "/_action/"
 
 
@@ -66,7 +66,7 @@ class Rules:
     _decisions: dict[str, tuple[bool, int | None]] = field(
         default_factory=dict[str, tuple[bool, int | None]], init=False, repr=False, compare=False
     )
-    """By name, whether it crosses, and its depth: each plan asks again."""
+    """By name, whether it crosses and its depth; kept because each plan asks again."""
 
     def __post_init__(self) -> None:
         for key, patterns in (("allow", self.allow), ("deny", self.deny), ("depths", self.depths)):
@@ -89,7 +89,7 @@ class Rules:
 
     @property
     def prefix(self) -> str:
-        """What callboard's names have before those of the other network: "/robot1", or "" for nothing."""
+        """The namespace as a prefix of names: "/robot1", or "" for none."""
         return "" if self.namespace == "/" else self.namespace
 
     def crosses(self, name: str) -> bool:
@@ -101,7 +101,7 @@ class Rules:
         return self._decision(name)[0]
 
     def depth_of(self, name: str) -> int | None:
-        """Return the depth that a topic's mirrors shall have, None if no rule says it.
+        """Return the depth that a rule sets for a topic's mirrors; None if no rule does.
 
         Args:
             name: The topic's full name in the other network.
@@ -138,7 +138,7 @@ class Rules:
         if not name.startswith(f"{prefix}/"):
             return None
         inner = name[len(prefix) :]
-        # The other network's /rosout is /rosout here, whatever is called /robot1/rosout.
+        # /rosout of both sides is the same topic, so that /robot1/rosout of callboard is another one.
         return None if inner in GLOBAL_TOPICS else inner
 
     def node_here(self, name: str) -> str:
@@ -176,13 +176,13 @@ def parse_depth(text: str) -> tuple[str, int]:
 
 
 def require_number(name: str, value: object, least: int, most: int) -> None:
-    """Raise InvalidBridgeOptionError if an option is no integer in a range.
+    """Check that an option is an integer in a range.
 
     Args:
-        name: The option.
+        name: The name of the option.
         value: Its value.
-        least: The smallest that is allowed.
-        most: The largest.
+        least: The smallest allowed value.
+        most: The largest allowed value.
 
     Raises:
         InvalidBridgeOptionError: The value is not an int, or out of the range.
@@ -198,7 +198,7 @@ def _any_matches(patterns: tuple[str, ...], names: list[str]) -> bool:
 
 
 def _require_pattern(key: str, pattern: str) -> None:
-    """Raise InvalidBridgeOptionError if it is no pattern."""
+    """Raise InvalidBridgeOptionError if a value is not a pattern."""
     parts = pattern.split("/")
     try:
         validate_full_topic_name("/".join("x" if part in {"*", "**"} else part for part in parts))

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from actors.bridges.ros2.importing import Ros
 
 MAX_TAKES_PER_TURN: Final = 16
-"""Messages of one endpoint between two turns of the loop: more than its default depth, and 16 of 1 MiB take
-less than the few milliseconds that callbacks of nodes get as well."""
+"""Messages taken from one endpoint in one turn of the loop: more than the default depth, and 16 of 1 MiB take
+no longer than a callback of a node may."""
 
 RETRY_SEC: Final = 1.0
 """Pause after ROS 2 has refused to hand over what has arrived, so that a lasting fault is no busy loop."""
@@ -57,9 +57,9 @@ class Arrivals:
         Args:
             handle: rclpy's handle of the endpoint.
             kind: SUBSCRIPTION, SERVICE or CLIENT.
-            take: Takes up to `MAX_TAKES_PER_TURN`, and returns whether there may be more; it is called again
-                in the next turn of the loop then, and some time after an exception. Gets how many have
-                arrived since it was called last.
+            take: Gets the number of arrivals since its last call, takes up to `MAX_TAKES_PER_TURN`, and
+                returns whether there may be more. Then it is called again in the next turn of the loop, and
+                after an exception when `RETRY_SEC` have passed.
 
         Returns:
             The watch. Close it before the endpoint is destroyed.

@@ -1,4 +1,4 @@
-"""Endpoints that a bridge shows in ROS 2. They take what has arrived when the loop calls them."""
+"""Endpoints that a bridge shows in ROS 2. When the loop calls them, they take what has arrived."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class RosPublisher(Endpoint):
 
 
 class Listener(Endpoint, Generic[_Callback]):
-    """An endpoint that takes what arrives, as long as somebody wants it.
+    """An endpoint that takes what arrives, as long as it has a callback.
 
     Args:
         context: What the endpoints of the node share.
@@ -106,7 +106,7 @@ class Listener(Endpoint, Generic[_Callback]):
             raise
 
     def listen(self, callback: _Callback | None) -> None:
-        """Start or stop to take what arrives.
+        """Start or stop taking what arrives.
 
         Args:
             callback: Called in the loop; None: the endpoint is only shown.
@@ -122,7 +122,7 @@ class Listener(Endpoint, Generic[_Callback]):
         self._callback = callback
 
     def take_now(self) -> None:
-        """Take what has arrived, though the loop has not come to it yet; not more than a depth holds."""
+        """Take what has arrived now, before the loop would do so; at most `MAX_TAKES_PER_TURN`."""
         self._take(0)
 
     def destroy(self) -> None:

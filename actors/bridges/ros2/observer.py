@@ -34,8 +34,7 @@ INFOS_PER_POLL: Final = 200
 """Queries of endpoint infos in one poll, of some 60 us each, while lists have changed: a robot of 300 topics
 is read in three polls, and messages have their turn in between."""
 QUIET_INFOS_PER_POLL: Final = 40
-"""The same of topics whose lists are as before."""
-
+"""The same for topics whose lists are as before."""
 
 _CALLS: Final = frozenset({EntryKind.SERVICE, EntryKind.CLIENT})
 
@@ -76,14 +75,14 @@ class Observer:
         self._rows: frozenset[_Row] = frozenset()
         """What the lists by node say."""
         self._found_rows: dict[tuple[EntryKind, str], frozenset[_Row]] = {}
-        """Services and clients of ambiguous nodes, by kind and name, from endpoint infos."""
+        """By kind and name, services and clients of ambiguous nodes, from endpoint infos."""
         self._topics: dict[tuple[EntryKind, str], tuple[SideEndpoint, ...]] = {}
         self._publishers: dict[str, dict[bytes, tuple[str, QoSProfile]]] = {}
         """By topic, the node and the offer of each publisher."""
         self._urgent: set[tuple[EntryKind, str]] = set()
         """Topics whose infos are to be read first, since the lists have changed there."""
         self._rotation: list[tuple[EntryKind, str]] = []
-        """What is still to be read of the graph as it was at the last reading."""
+        """Topics and services whose infos are still to be read in this round."""
         self._rotates_again = False
         self._looked_up: set[str] = set()
         self._has_changed = False

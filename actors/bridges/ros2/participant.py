@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from actors.qos.profile import QoSProfile
 
 ENCLAVE: Final = "/callboard_bridge/"
-"""Enclaves of bridges begin with it: so each bridge knows the nodes that any bridge shows."""
+"""The beginning of bridges' enclaves, by which each bridge recognises the nodes that any bridge shows."""
 CONTROL_NODE: Final = "callboard_bridge_"
-"""What the name of a bridge's own node begins with; its ID follows."""
+"""The beginning of the name of a bridge's own node; the bridge's ID follows."""
 GID_PREFIX_SIZE: Final = 12
-"""Bytes of a DDS gid that name the participant."""
+"""Bytes of a DDS gid that identify the participant."""
 
 
 class Participant:
@@ -40,8 +40,8 @@ class Participant:
     Args:
         ros: ROS 2.
         bridge_id: Identifies the bridge; a token of a ROS name.
-        arrivals: What waits for messages.
-        domain_id: The domain; None: that of ROS_DOMAIN_ID.
+        arrivals: Waits for messages, requests and responses.
+        domain_id: The domain; None for ROS_DOMAIN_ID.
 
     Attributes:
         domain_id: The domain.
