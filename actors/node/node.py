@@ -224,8 +224,6 @@ class Node(NodeEndpoints, NodeGraph, NodeParameters):
 
         return diagnose(self._context, self._node_runner)
 
-    # Timers and bare nodes
-
     def _overridden(
         self,
         qos: QoSProfile,
@@ -234,6 +232,8 @@ class Node(NodeEndpoints, NodeGraph, NodeParameters):
         kind: Literal["publisher", "subscription"],
     ) -> QoSProfile:
         return overridden(qos, options, self._parameters, topic, kind)
+
+    # Timers and bare nodes
 
     def create_bare_node(
         self,

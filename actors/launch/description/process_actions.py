@@ -197,7 +197,7 @@ class RosBridge(ProcessAction, element="ros_bridge"):
     )
     namespace: Text | None = option(
         None,
-        "What the names of ROS 2 have before them in callboard, such as /robot1; within the namespace that"
+        "The namespace in callboard of the names of ROS 2, such as /robot1; within the namespace that"
         " has been pushed.",
     )
     allow: Sequence[Text] = option(

@@ -35,7 +35,7 @@ def add_arguments(parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--namespace", metavar="NAME",
-        help="what the names of ROS 2 have before them in callboard, such as /robot1",
+        help="the namespace in callboard of the names of ROS 2, such as /robot1",
     )  # fmt: skip
     parser.add_argument(
         "--depth", action="append", metavar="PATTERN=N",
