@@ -65,6 +65,16 @@ class McapFile:
             self._summary = self._reader.read()
         return self._summary
 
+    def salvage(self) -> list[str]:
+        """Read all chunks, and from now on give the messages of those that are whole.
+
+        Returns:
+            What is damaged, each in one sentence.
+        """
+        self._summary, problems = self._reader.salvage()
+        self._summary.problem = ""
+        return problems
+
     def contents(self) -> FileContents:
         """Return what the file has; see `BagFile.contents`."""
         summary = self.summary()

@@ -223,16 +223,51 @@ class SummaryReader:
         metadata = self._frames.parsed(Metadata.read, self._frames.content(record), record.start)
         summary.metadata[metadata.name] = metadata.metadata
 
-    def _scanned(self) -> Summary:
-        """Return what a walk over the file finds, up to the first record that is not whole."""
-        summary = Summary(end=len(MAGIC))
+    def salvage(self) -> tuple[Summary, list[str]]:
+        """Return all chunks that are whole, also behind damaged ones, and what is damaged.
+
+        Each chunk is read.
+        """
+        index: Summary | None = None
+        problems: list[str] = []
+        try:
+            index = self._indexed()
+        except InvalidBagError as error:
+            problems.append(f"its index is damaged: {error.reason}")
+        summary = self._scanned(problems, {} if index is None else index.topics)
+        if summary.problem:
+            problems.append(summary.problem)
+        # What the walk did not reach, because the length of a record is wrong.
+        for place in () if index is None else index.chunks:
+            if place.offset >= summary.end:
+                try:
+                    self._scan(self._frames.record_at(place.offset), summary)
+                except InvalidBagError as error:
+                    problems.append(f"{error.place}: {error.reason}")
+        return summary, problems
+
+    def _scanned(
+        self, problems: list[str] | None = None, topics: dict[int, BagTopic] | None = None
+    ) -> Summary:
+        """Return what a walk over the file finds, up to the first record that is not whole.
+
+        Args:
+            problems: Where to tell of damaged records, behind which the walk goes on; None: it ends there.
+            topics: Those that are known already.
+        """
+        summary = Summary(end=len(MAGIC), topics=dict(topics or {}))
         try:
             for record in self._frames.records(len(MAGIC), self._frames.size):
                 if record.opcode == Opcode.DATA_END:
                     if not self._has_end():
                         summary.problem = "its index is cut; all messages are there"
                     return summary
-                self._scan(record, summary)
+                try:
+                    self._scan(record, summary)
+                except InvalidBagError as error:
+                    if problems is None:
+                        raise
+                    problems.append(f"{error.place}: {error.reason}")
                 summary.end = record.end
             reason = ENDS_EARLY
         except FileEndsError:

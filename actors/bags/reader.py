@@ -99,9 +99,13 @@ class Reader:
     Args:
         path: The folder of a bag, with or without metadata.yaml, or a file of one.
         max_chunk_bytes: The most bytes of a chunk after decompression, and of a message.
+        believe_metadata: Whether metadata.yaml says which files there are, and from when to when; otherwise
+            the folder's files do, and only what they cannot say is taken from it.
+        salvage: Whether to give all that is whole of damaged MCAP files; each is read as a whole first.
 
     Attributes:
         path: As given.
+        damages: What is damaged of the files that have been opened, with `salvage`.
 
     Raises:
         BagError: It cannot be read.
@@ -110,10 +114,20 @@ class Reader:
         MissingExtraError: The extra `bags` is not installed.
     """
 
-    def __init__(self, path: str | Path, *, max_chunk_bytes: int = MAX_MESSAGE_BYTES) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        max_chunk_bytes: int = MAX_MESSAGE_BYTES,
+        salvage: bool = False,
+        believe_metadata: bool = True,
+    ) -> None:
         require_extra()
         self.path = Path(path)
         self._max_chunk_bytes = max_chunk_bytes
+        self._salvage = salvage
+        self._believes = believe_metadata
+        self.damages: dict[Path, list[str]] = {}
         self._metadata: BagMetadata | None = None
         self._problems: list[str] = []
         self._paths = self._find_files()
@@ -148,9 +162,16 @@ class Reader:
             return [self.path]
         file = self.path / FILE_NAME
         if file.exists():
-            with open_regular(file) as opened:
-                self._metadata = parse_metadata(opened.read(MAX_BYTES + 1), str(file))
+            try:
+                with open_regular(file) as opened:
+                    self._metadata = parse_metadata(opened.read(MAX_BYTES + 1), str(file))
+            except InvalidBagError:
+                if self._believes:
+                    raise
+        if self._metadata is not None and self._believes:
             paths = [self.path / each.path for each in self._metadata.files]
+        elif not self._believes:
+            paths = self._found_files()
         else:
             self._problems.append(
                 f"{file} is missing: its recorder was killed; callboard bag reindex {self.path} writes it"
@@ -164,6 +185,12 @@ class Reader:
             raise InvalidBagError(file, "", f"it names {len(paths):,} files; at most {MAX_FILES:,} are read")
         return paths
 
+    def _found_files(self) -> list[Path]:
+        paths = sorted((each for each in self.path.iterdir() if _is_bag_file(each)), key=_natural)
+        if not paths:
+            raise BagNotFoundError(f"{self.path} is no bag: it has neither {FILE_NAME} nor files of a bag")
+        return paths
+
     def open_file(self, path: Path) -> BagFile:
         """Return a file of the bag, open; `close` closes it.
 
@@ -175,10 +202,14 @@ class Reader:
         """
         found = self._files.get(path)
         if found is None:
+            from actors.bags.mcap_reader import McapFile  # noqa: PLC0415 - needs the extra
+
             mode = "" if self._metadata is None else self._metadata.compression_mode
             found = self._files[path] = _open(
                 path, self._max_chunk_bytes, messages_compressed=mode == "message"
             )
+            if self._salvage and isinstance(found, McapFile):
+                self.damages[path] = found.salvage()
         return found
 
     def contents_of(self, path: Path) -> FileContents:
@@ -210,7 +241,7 @@ class Reader:
             for each in self.contents_of(path).topics:
                 counts[each.topic] += each.message_count
         known = {(topic.name, topic.type_name) for topic in counts}
-        for each in () if self._metadata is None else self._metadata.topics:
+        for each in () if self._metadata is None or not self._believes else self._metadata.topics:
             if (each.topic.name, each.topic.type_name) not in known:  # without messages
                 counts[each.topic] += 0
         return tuple(TopicCount(topic, count) for topic, count in counts.items())
@@ -354,7 +385,7 @@ class Reader:
 
     def _span(self, path: Path) -> tuple[int, int, int]:
         """Return the times of a file's first and last message, and how many it has."""
-        for each in () if self._metadata is None else self._metadata.files:
+        for each in () if self._metadata is None or not self._believes else self._metadata.files:
             if each.path == path.name and each.message_count:
                 return each.start_ns, each.start_ns + each.duration_ns, each.message_count
         contents = self.contents_of(path)

@@ -216,17 +216,26 @@ def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) ->
     )
 
 
-def add_print_options(parser: Parser) -> None:
-    """Add the options for printing messages."""
+def add_print_options(parser: Parser, *, live: bool = True) -> None:
+    """Add the options for printing messages.
+
+    Args:
+        parser: Where to add them.
+        live: Whether messages arrive, so that a time limit is of use.
+    """
     # Those that only `topic echo` has.
     parser.set_defaults(
         **dict.fromkeys(("field", "filter", "node_name")),
         **dict.fromkeys(("raw", "clear", "include_message_info", "no_lost_messages"), False),
     )
     parser.add_flag("--once", help="print one message and end")
-    parser.add_argument(
-        "--timeout", type=positive, metavar="SEC", help="exit with 124 if no message arrives for this long"
-    )
+    if live:
+        parser.add_argument(
+            "--timeout",
+            type=positive,
+            metavar="SEC",
+            help="exit with 124 if no message arrives for this long",
+        )
     parser.add_flag("--csv", help="print the values, separated by commas")
     parser.add_flag("--flow-style", help="print each message in one line")
     parser.add_flag("--no-arr", help="describe arrays rather than print them")
@@ -258,6 +267,11 @@ def count_or_zero(text: str) -> int:
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise argparse.ArgumentTypeError(f"expected an integer of 0 or more, got '{text}'")
     return int(text)
+
+
+def not_negative(text: str) -> float:
+    """Read zero or a number above it."""
+    return 0.0 if re.fullmatch(r"0*\.?0+", text) else positive(text)
 
 
 def positive(text: str) -> float:

@@ -20,6 +20,9 @@ _ROS: Final = {"spin_time", "no_daemon", "use_sim_time"}
 """The options of `add_ros_options`, as far as they change nothing."""
 
 DIFFERENCES: Final = {
+    "bag convert -o": (
+        "It is the folder of the new bag, whose settings are options. ROS 2 reads both from a YAML file."
+    ),
     "bag record -s": "It writes MCAP files only: `sqlite3` is refused.",
     "bag record --max-cache-duration": "It is left out: `--max-cache-size` limits what a snapshot has.",
     "bag record --static-topics-path": "It is left out: named topics are awaited anyway.",
@@ -36,6 +39,13 @@ DIFFERENCES: Final = {
 """By a verb and one of its arguments or options, what is different from ROS 2's parser."""
 
 _BEHAVIOUR: Final = {
+    "`bag check`, `bag echo`, `bag recover`, `bag export`": "ROS 2 has no such verbs.",
+    "`bag info`": (
+        "It takes a file of a bag, too, and one whose end is missing. It prints how many messages were lost "
+        "while callboard recorded. `-v` prints the bytes of topics only."
+    ),
+    "`bag list`": "It lists formats: nothing of them is a plugin.",
+    "`bag reindex`": "It reads files whose end is missing as far as they go, and says which these are.",
     "`bag record`": (
         "The node's name is `bag_recorder`. `--compression` is callboard's; `--compression-mode file` and "
         "`message` compress the chunks of files, too, so that all readers of MCAP read them. Each file "

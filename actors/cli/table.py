@@ -151,9 +151,17 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "bag": Group(
-        "record topics",
+        "record topics, inspect and convert what was recorded",
         {
             "record": Verb("write what topics carry into a bag", stays=True),
+            "info": Verb("print what a bag has"),
+            "echo": Verb("print the messages of a topic in a bag"),
+            "check": Verb("read a whole bag, and say what is wrong"),
+            "list": Verb("list the formats of bags"),
+            "convert": Verb("write a bag anew, with other settings"),
+            "reindex": Verb("write the metadata.yaml of a bag"),
+            "recover": Verb("write what is whole of a damaged bag into a new one"),
+            "export": Verb("write the messages of a bag as tables, one for each topic"),
         },
     ),
     "bridge": Group(

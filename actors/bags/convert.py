@@ -1,0 +1,101 @@
+"""Writes bags anew: several as one, some topics or times of them, other settings, from SQLite as MCAP."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from actors.bags.definitions import canonical_definition, definition_text
+from actors.bags.records import CDR
+from actors.interfaces.message import type_hash
+from proto.errors import CallboardError
+from proto.wire.type_hash import hash_of
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Sequence
+
+    from actors.bags.reader import Reader
+    from actors.bags.records import BagMessage, BagTopic
+    from actors.bags.writer import Writer
+
+
+def convert(
+    readers: Sequence[Reader],
+    writer: Writer,
+    topics: Collection[str] | None = None,
+    start_ns: int | None = None,
+    end_ns: int | None = None,
+) -> Counter[str]:
+    """Write the messages of bags into a new bag, by log time.
+
+    Definitions and type hashes that a bag does not have are added, as far as the types are installed here.
+
+    Args:
+        readers: The bags.
+        writer: The new bag.
+        topics: Names of topics; None: all.
+        start_ns: The least log time; None: all.
+        end_ns: The greatest log time; None: all.
+
+    Returns:
+        The number of messages, by topic.
+
+    Raises:
+        BagError: A bag cannot be read.
+        BagWriteError: The new bag cannot be written.
+    """
+    for reader in readers:
+        for topic in reader.topics:
+            if topics is None or topic.name in topics:
+                writer.add_topic(completed(topic))
+    streams = [reader.messages(topics, start_ns, end_ns) for reader in readers]
+    messages = streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda each: each.log_time_ns)
+    return copy_messages(messages, writer, complete=True)
+
+
+def copy_messages(messages: Iterable[BagMessage], writer: Writer, *, complete: bool = False) -> Counter[str]:
+    """Write messages; return their number by topic.
+
+    Args:
+        messages: The messages, by log time.
+        writer: The bag.
+        complete: Whether to add definitions that topics do not have.
+    """
+    counts: Counter[str] = Counter()
+    numbers: dict[int, tuple[BagTopic, int]] = {}
+    for topic, data, log_time_ns, publish_time_ns, sequence in messages:
+        # By identity: a topic with its definition is slow to compare, and a reader has one object for each.
+        found = numbers.get(id(topic))
+        if found is None:
+            number = writer.add_topic(completed(topic) if complete else topic)
+            found = numbers[id(topic)] = topic, number
+        writer.write(found[1], data, log_time_ns, publish_time_ns, sequence)
+        counts[topic.name] += 1
+    return counts
+
+
+def completed(topic: BagTopic) -> BagTopic:
+    """Return a topic with the definition and the type hash that it lacks, if its type is installed here.
+
+    Args:
+        topic: Such as of a SQLite file of ROS 2 Humble, which has neither.
+    """
+    if topic.encoding != CDR:
+        return topic
+    try:
+        if not topic.definition_format:
+            cls = topic.message_class()
+            return replace(
+                topic,
+                definition=definition_text(cls),
+                definition_format="ros2msg",
+                type_hash=topic.type_hash or type_hash(cls),
+            )
+        if not topic.type_hash:
+            found = canonical_definition(topic.type_name, topic.definition, topic.definition_format)
+            return replace(topic, type_hash=hash_of(found))
+    except CallboardError:  # it stays as it is: what it lacks is nowhere
+        pass
+    return topic
