@@ -269,12 +269,15 @@ def test_a_suspended_server_is_passed_over_and_informed_when_it_is_back() -> Non
 
 
 @pytest.mark.long
-def test_a_hundred_thousand_calls_wait_and_end() -> None:
-    """All calls of one client at one server are answered, and nothing remains of them."""
+def test_many_calls_wait_and_end(pytestconfig: pytest.Config) -> None:
+    """All calls of one client at one server are answered, and nothing remains of them.
+
+    `make nightly` makes a hundred thousand.
+    """
+    count = 100_000 if pytestconfig.getoption("--nightly") else 10_000
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage, concurrent=False)
-        count = 100_000
         calls = [client.call_async(Ask.Request(number=number), 1000) for number in range(count)]
         await stage.until(lambda: desk.service.pending == count, 60)
         assert client.pending == stage.broker.stats().pending_calls == count
