@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
 
@@ -97,9 +98,10 @@ def test_interfaces_of_installed_packages_are_found(
     prefix: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those of given prefixes, else of AMENT_PREFIX_PATH and of this Python, if ROS 2 is installed in it."""
+    unique = f"prefix_{uuid4().hex}"  # a class is never forgotten in its process
     for name in ("given", "python"):
-        (tmp_path / name / "share" / f"prefix_{name}" / "msg").mkdir(parents=True)
-        (tmp_path / name / "share" / f"prefix_{name}" / "msg" / "Wheel.msg").write_text("int32 a\n")
+        (tmp_path / name / "share" / f"{unique}_{name}" / "msg").mkdir(parents=True)
+        (tmp_path / name / "share" / f"{unique}_{name}" / "msg" / "Wheel.msg").write_text("int32 a\n")
     monkeypatch.setattr(sys, "prefix", str(tmp_path / "python"))
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     with no_shares():
@@ -108,12 +110,12 @@ def test_interfaces_of_installed_packages_are_found(
         (tmp_path / "python" / INDEX).mkdir(parents=True)
         use_ros_interfaces()
         assert share_folders == [prefix / "share", tmp_path / "python" / "share"]
-        assert type_name(find_interface("prefix_python/Wheel")) == "prefix_python/msg/Wheel"
+        assert type_name(find_interface(f"{unique}_python/Wheel")) == f"{unique}_python/msg/Wheel"
         with pytest.raises(UnknownInterfaceError):
-            find_interface("prefix_given/Wheel")
+            find_interface(f"{unique}_given/Wheel")
         use_ros_interfaces(str(tmp_path / "given"), tmp_path / "nowhere")
         assert share_folders[2:] == [tmp_path / "given" / "share"]
-        assert type_name(find_interface("prefix_given/Wheel")) == "prefix_given/msg/Wheel"
+        assert type_name(find_interface(f"{unique}_given/Wheel")) == f"{unique}_given/msg/Wheel"
 
 
 def test_without_ros_2_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
