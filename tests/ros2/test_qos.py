@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+import pytest
+
 from actors.interfaces.std_msgs.msg import String
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from actors.time.types import Duration
@@ -53,8 +55,9 @@ async def test_latched_values_of_callboard_arrive_once(pair: Pair) -> None:
         assert await each.received(2) == [String(data="value"), String(data="next")]
 
 
-async def test_a_latched_value_arrives_after_a_volatile_publisher(pair: Pair) -> None:
-    """A latched publisher of ROS joins a topic whose publisher was volatile: its value arrives, once."""
+@pytest.mark.parametrize("has_same_node", [False, True])
+async def test_a_latched_value_arrives_after_a_volatile_publisher(has_same_node: bool, pair: Pair) -> None:
+    """A latched publisher of ROS, of the same node or another, joins a volatile one: each message, once."""
     topic = f"{pair.name}/changing"
     received: list[str] = []
     volatile = await pair.there.publisher(topic, String)
@@ -62,25 +65,8 @@ async def test_a_latched_value_arrives_after_a_volatile_publisher(pair: Pair) ->
     await volatile.matched()
     await volatile.publish(String(data="volatile"))
     await until(lambda: received == ["volatile"])
-    other = await pair.ros.node(f"{pair.name[1:]}_other")
-    latched = await other.publisher(topic, String, LATCHED)
-    await latched.publish(String(data="latched"))
-    await until(lambda: "latched" in received)
-    await latched.publish(String(data="next"))
-    await until(lambda: "next" in received)
-    assert received == ["volatile", "latched", "next"]
-
-
-async def test_a_node_has_a_volatile_and_a_latched_publisher(pair: Pair) -> None:
-    """Of one topic in ROS: the messages of both arrive, once."""
-    topic = f"{pair.name}/changing"
-    received: list[str] = []
-    volatile = await pair.there.publisher(topic, String)
-    pair.here.create_subscription(String, topic, lambda each: received.append(each.data), LATCHED)
-    await volatile.matched()
-    await volatile.publish(String(data="volatile"))
-    await until(lambda: received == ["volatile"])
-    latched = await pair.there.publisher(topic, String, LATCHED)
+    node = pair.there if has_same_node else await pair.ros.node(f"{pair.name[1:]}_other")
+    latched = await node.publisher(topic, String, LATCHED)
     await latched.publish(String(data="latched"))
     await until(lambda: "latched" in received)
     await latched.publish(String(data="next"))
