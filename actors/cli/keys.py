@@ -33,13 +33,18 @@ async def keys() -> AsyncGenerator[str]:
 
 
 def _terminal() -> int | None:
-    """Return the descriptor of stdin if it is this process's terminal."""
+    """Return the descriptor of stdin if it is a terminal that this process may read."""
     try:
         number = sys.stdin.fileno()
-        # In the background, reading would stop the process.
-        return number if os.isatty(number) and os.tcgetpgrp(number) == os.getpgrp() else None
+        if not os.isatty(number):
+            return None
     except (AttributeError, OSError, ValueError):
         return None
+    try:
+        # In the background, reading would stop the process.
+        return number if os.tcgetpgrp(number) == os.getpgrp() else None
+    except OSError:  # another terminal than that of the session: nothing stops those who read it
+        return number
 
 
 @contextmanager
