@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
+import struct
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bags.definitions import full_type_name
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 MAGIC: Final = b"SQLite format 3\0"
+_HEAD_BYTES: Final = 100
+_PAGE_BYTES: Final = struct.Struct(">H")
+_PAGES: Final = struct.Struct(">I")
 MAX_TOPICS: Final = 100_000
 """Topics and definitions that are read of a file, each."""
 _PLAIN_TABLE: Final = "create table"
@@ -42,8 +47,10 @@ class SqliteFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         with open_regular(path) as file:
-            if file.read(len(MAGIC)) != MAGIC:
+            head = file.read(_HEAD_BYTES)
+            if not head.startswith(MAGIC):
                 self._fail("this is no SQLite file: its first bytes are others")
+            self._check_size(head, os.fstat(file.fileno()).st_size)
         # Immutable: neither locks nor a log beside the file, which is not ours.
         uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         try:
@@ -60,6 +67,15 @@ class SqliteFile:
             self._connection.close()
             raise
         self._contents: FileContents | None = None
+
+    def _check_size(self, head: bytes, size: int) -> None:
+        """Check that no page is missing: SQLite reads the rest of a page that is cut as empty."""
+        head = head.ljust(_HEAD_BYTES, b"\0")
+        (page_bytes,), (pages,) = _PAGE_BYTES.unpack_from(head, 16), _PAGES.unpack_from(head, 28)
+        # 1 means 65,536; the number of pages counts only if the last program that wrote knew it.
+        stated = (65_536 if page_bytes == 1 else page_bytes) * pages
+        if size < _HEAD_BYTES or (head[24:28] == head[92:96] and size < stated):
+            self._fail(f"the database states {stated:,} bytes, and the file has {size:,}: its end is missing")
 
     def close(self) -> None:
         """Close the file."""

@@ -1,0 +1,280 @@
+"""Bags of callboard read by other libraries, and theirs read by callboard, field by field."""
+
+from __future__ import annotations
+
+import math
+import random
+import sqlite3
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer as McapRos2Writer
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Reader as RosbagsReader
+from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from actors.bags import BagTopic, InvalidBagError, Reader, Writer
+from actors.bags.convert import convert
+from actors.bags.qos_lists import qos_text
+from actors.interfaces import cdr
+from actors.interfaces.catalog import interfaces_of, standard_packages
+from actors.interfaces.fields import fields_of
+from actors.interfaces.registry import find_interface
+from actors.interfaces.std_msgs.msg import Header, String
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
+from tests.actors.bags.bags import START_NS, text
+from tests.interfaces.random_messages import random_message, values_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rosbags.typesys.store import Typestore
+
+    from actors.interfaces.message import Message
+
+PROFILE = QoSProfile(depth=7, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+FOREVER = QosTime(9223372036, 854775807)
+FOREIGN_PROFILE = Qos(
+    QosHistory.KEEP_LAST, 7, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, FOREVER, FOREVER,
+    QosLiveliness.AUTOMATIC, FOREVER, avoid_ros_namespace_conventions=False,
+)  # fmt: skip
+
+
+def has_wstring(cls: Any) -> bool:
+    """Return whether a class has a wstring, for which decoders have different ideas of its encoding."""
+    kinds = [field.type for field in fields_of(cls)]
+    return any(kind.base == "wstring" or (kind.message and has_wstring(kind.message)) for kind in kinds)
+
+
+def message_types() -> list[type[Message]]:
+    names = [name for package in standard_packages() for name in interfaces_of(package) if "/msg/" in name]
+    found: list[type[Message]] = [find_interface(name) for name in names]  # type: ignore[misc]
+    return [cls for cls in found if not has_wstring(cls)]
+
+
+def same(ours: Any, theirs: Any) -> bool:
+    """Compare plain values with those of another library's message."""
+    if hasattr(theirs, "tolist"):  # NumPy's
+        theirs = theirs.tolist()
+    if isinstance(ours, dict):
+        return all(same(value, getattr(theirs, name)) for name, value in ours.items())
+    if isinstance(ours, list):
+        return len(ours) == len(theirs) and all(map(same, ours, theirs))
+    if isinstance(theirs, bytes):
+        theirs = theirs[0]
+    if isinstance(theirs, int) and theirs < 0 <= ours:
+        theirs += 256  # rosbags has signed bytes, and mcap-ros2-support signed chars; rosidl has neither
+    if isinstance(ours, float):
+        return bool(ours == theirs) and math.copysign(1, ours) == math.copysign(1, theirs)
+    return bool(ours == theirs)
+
+
+def test_all_standard_types_are_read_by_other_libraries(tmp_path: Path) -> None:
+    """rosbags and mcap-ros2-support read every field of a random message of each standard type."""
+    chance = random.Random(37)
+    types = message_types()
+    assert len(types) > 190
+    messages = [random_message(cls, chance) for cls in types]
+    with Writer(tmp_path / "bag", compression="zstd") as bag:
+        for index, message in enumerate(messages):
+            topic = BagTopic.of_class(f"/topic{index}", type(message), [PROFILE])
+            bag.write(bag.add_topic(topic), cdr.encode(message), START_NS + index, START_NS)
+    expected = [values_of(message) for message in messages]
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+        for values, (schema, _, _, theirs) in zip(expected, decoded, strict=True):
+            assert same(values, theirs), schema
+    store = get_typestore(Stores.EMPTY)
+    with RosbagsReader(tmp_path / "bag") as reader:
+        assert len(reader.connections) == len(messages)
+        for index, (connection, timestamp, data) in enumerate(reader.messages()):
+            assert timestamp == START_NS + index
+            assert connection.ext.offered_qos_profiles == [FOREIGN_PROFILE]  # type: ignore[union-attr]
+            add_types(store, connection.msgdef.data, connection.msgtype)
+            theirs = store.deserialize_cdr(data, connection.msgtype)
+            assert same(expected[index], theirs), connection.msgtype
+
+
+def add_types(store: Typestore, definition: str, name: str) -> None:
+    types = get_types_from_msg(definition, name)
+    store.register({each: kind for each, kind in types.items() if each not in store.fielddefs})
+
+
+def write_foreign(path: Path, storage: StoragePlugin, mode: CompressionMode, version: Any) -> None:
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    writer = RosbagsWriter(path, version=version, storage_plugin=storage)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer as bag:
+        chatter = bag.add_connection(
+            "/chatter", "std_msgs/msg/String", typestore=store, offered_qos_profiles=[FOREIGN_PROFILE]
+        )
+        header = bag.add_connection("/header", "std_msgs/msg/Header", typestore=store)
+        kinds = store.types
+        time = kinds["builtin_interfaces/msg/Time"](sec=5, nanosec=6)
+        for index in range(3):
+            message: Any = kinds["std_msgs/msg/String"](data=f"text {index}")
+            bag.write(chatter, START_NS + 2 * index, store.serialize_cdr(message, "std_msgs/msg/String"))
+            message = kinds["std_msgs/msg/Header"](stamp=time, frame_id="map")
+            bag.write(header, START_NS + 2 * index + 1, store.serialize_cdr(message, "std_msgs/msg/Header"))
+
+
+@pytest.mark.parametrize("version", [8, 9])
+@pytest.mark.parametrize(
+    ("storage", "mode"),
+    [
+        (StoragePlugin.SQLITE3, CompressionMode.NONE),
+        (StoragePlugin.SQLITE3, CompressionMode.FILE),
+        (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+        (StoragePlugin.MCAP, CompressionMode.NONE),
+        (StoragePlugin.MCAP, CompressionMode.FILE),
+        (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+        (StoragePlugin.MCAP, CompressionMode.STORAGE),
+    ],
+)
+def test_bags_of_rosbags_are_read(
+    tmp_path: Path, storage: StoragePlugin, mode: CompressionMode, version: int
+) -> None:
+    """Bags of each storage and compression mode have the same messages here, with classes of this program."""
+    write_foreign(tmp_path / "bag", storage, mode, version)
+    with Reader(tmp_path / "bag") as bag:
+        summary = bag.summary()
+        assert (summary.message_count, summary.start_ns, summary.duration_ns) == (6, START_NS, 5)
+        assert {each.topic.name: each.message_count for each in summary.topics} == {
+            "/chatter": 3,
+            "/header": 3,
+        }
+        messages = [message.decoded() for message in bag.messages()]
+        [chatter] = [topic for topic in bag.topics if topic.name == "/chatter"]
+    assert chatter.qos_profiles == (PROFILE,)
+    assert messages[::2] == [String(data=f"text {index}") for index in range(3)]
+    assert all(isinstance(each, Header) and each.stamp.nanosec == 6 for each in messages[1::2])
+
+
+def test_files_of_mcap_ros2_support_are_read(tmp_path: Path) -> None:
+    """A bare file, whose names of types have two parts, and definitions one line at the end too few."""
+    definition = (
+        f"std_msgs/Header header\nfloat64[3] x\n{'=' * 80}\nMSG: std_msgs/Header\nuint32 seq\nstring frame"
+    )
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = McapRos2Writer(file)
+        schema = writer.register_msgdef("lab_msgs/Reading", definition)
+        writer.write_message(
+            "/reading",
+            schema,
+            {"header": {"seq": 3, "frame": "map"}, "x": [1.0, 2.0, 3.0]},
+            START_NS,
+            START_NS - 1,
+            5,
+        )
+        writer.finish()  # type: ignore[no-untyped-call]
+    with Reader(tmp_path / "a.mcap") as bag:
+        [message] = bag.messages()
+        assert message.topic.type_name == "lab_msgs/msg/Reading"
+        assert (message.publish_time_ns, message.sequence) == (START_NS - 1, 5)
+        assert values_of(message.decoded()) == {"header": {"seq": 3, "frame": "map"}, "x": [1.0, 2.0, 3.0]}
+        assert bag.summary().problems == ()
+
+
+def old_database(path: Path, version: int) -> None:
+    """Write a database with the tables of a version of rosbag2."""
+    with sqlite3.connect(path) as base:
+        columns = "id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT"
+        columns += ", offered_qos_profiles TEXT" if version >= 2 else ""
+        columns += ", type_description_hash TEXT" if version >= 4 else ""
+        base.execute(f"CREATE TABLE topics({columns})")
+        base.execute(
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
+        )
+        values: list[object] = [1, "/chatter", "std_msgs/msg/String", "cdr"]
+        values += [qos_text([PROFILE], 8)] if version >= 2 else []
+        values += ["RIHS01_0"] if version >= 4 else []
+        base.execute(f"INSERT INTO topics VALUES ({', '.join('?' * len(values))})", values)
+        for time in (2, 1, 3):
+            base.execute("INSERT INTO messages VALUES (NULL, 1, ?, ?)", (START_NS + time, text(str(time))))
+        if version >= 3:
+            base.execute("CREATE TABLE schema(schema_version INTEGER, ros_distro TEXT)")
+            base.execute("INSERT INTO schema VALUES (?, 'humble')", (version,))
+        if version >= 4:
+            base.execute(
+                "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT, encoding TEXT,"
+                " encoded_message_definition TEXT, type_description_hash TEXT)"
+            )
+            base.execute(
+                "INSERT INTO message_definitions"
+                " VALUES (1, 'std_msgs/msg/String', 'ros2msg', 'string data', '')"
+            )
+    base.close()
+
+
+@pytest.mark.parametrize("version", [1, 2, 3, 4])
+def test_databases_of_all_versions_are_read_and_converted(tmp_path: Path, version: int) -> None:
+    """Each version of the tables gives the messages; as MCAP they have a definition and a hash."""
+    old_database(tmp_path / "a.db3", version)
+    with Reader(tmp_path / "a.db3") as bag, Writer(tmp_path / "new") as writer:
+        assert [message.log_time_ns - START_NS for message in bag.messages()] == [1, 2, 3]
+        assert [message.log_time_ns - START_NS for message in bag.messages(order="file")] == [2, 1, 3]
+        assert [each.decoded() for each in bag.messages(start_ns=START_NS + 3)] == [String(data="3")]
+        [topic] = bag.topics
+        assert topic.qos_profiles == ((PROFILE,) if version >= 2 else ())
+        convert([bag], writer)
+    with Reader(tmp_path / "new") as bag:
+        [topic] = bag.topics
+        assert topic.definition.strip() == "string data"
+        assert topic.type_hash.startswith("RIHS01_")
+        assert [message.data for message in bag.messages()] == [text("1"), text("2"), text("3")]
+
+
+TEXT_FOR_A_NUMBER = """
+DROP TABLE topics;
+CREATE TABLE topics(id TEXT, name, type, serialization_format);
+INSERT INTO topics VALUES ('1) OR (1', '/a', 'a/b', 'cdr');
+"""
+
+
+def read_all(path: Path) -> None:
+    with Reader(path) as bag:
+        bag.summary()
+        list(bag.messages())
+
+
+@pytest.mark.parametrize(
+    ("statement", "reason"),
+    [
+        ("DROP TABLE topics", "no tables 'messages' and 'topics'"),
+        ("ALTER TABLE messages RENAME TO old; CREATE VIEW messages AS SELECT * FROM old", "no plain table"),
+        ("UPDATE messages SET data = 5", "no sequence of bytes"),
+        ("UPDATE messages SET timestamp = 'soon'", "no number"),
+        (TEXT_FOR_A_NUMBER, "no number"),
+    ],
+)  # fmt: skip
+def test_hostile_databases_are_refused(tmp_path: Path, statement: str, reason: str) -> None:
+    """Views, other kinds of values and text in place of numbers are InvalidBagErrors; nothing of it runs."""
+    old_database(tmp_path / "a.db3", 4)
+    with sqlite3.connect(tmp_path / "a.db3") as base:
+        base.executescript(statement)
+    base.close()
+    with pytest.raises(InvalidBagError, match=reason):
+        read_all(tmp_path / "a.db3")
+
+
+def test_a_database_cut_anywhere_is_refused_or_read(tmp_path: Path) -> None:
+    """A cut database raises InvalidBagError at the latest when its messages are read."""
+    old_database(tmp_path / "a.db3", 4)
+    whole = (tmp_path / "a.db3").read_bytes()
+    for end in range(0, len(whole), 1500):
+        (tmp_path / "cut.db3").write_bytes(whole[:end])
+        with pytest.raises(InvalidBagError):
+            read_all(tmp_path / "cut.db3")
+
+
+def test_history_words(tmp_path: Path) -> None:
+    """KEEP_ALL is kept as a word that rosbags knows."""
+    with Writer(tmp_path / "bag") as bag:
+        bag.add_topic(BagTopic.of_class("/a", String, [QoSProfile(history=HistoryPolicy.KEEP_ALL)]))
+    with RosbagsReader(tmp_path / "bag") as reader:
+        [connection] = reader.connections
+        assert connection.ext.offered_qos_profiles[0].history is QosHistory.KEEP_ALL  # type: ignore[union-attr]
