@@ -142,6 +142,21 @@ class Crossing:
                 self._release(publisher, send)
                 publisher.send = None
 
+    def drop_refused(self, is_refused: Callable[[str], bool]) -> None:
+        """Drop what waits for mirrors that will not come, although the nodes are there.
+
+        Otherwise it would be sent when they may cross, or leave: the time of a second clock, say.
+
+        Args:
+            is_refused: Returns whether a node publishes on this topic and does not cross.
+        """
+        refused = {node for node in self.waiting if is_refused(node)}
+        for publisher in self._publishers.values() if refused else ():
+            if publisher.node in refused and publisher.held:
+                self._held_bytes -= sum(len(data) for data, _ in publisher.held)
+                self._counts.drop("its publisher does not cross", count=len(publisher.held))
+                publisher.held = None
+
     def remove_mirror(self, node: str, send: Callable[[bytes, int], None] | None = None) -> None:
         """Forget a node that has gone, with its publishers and their messages that wait.
 

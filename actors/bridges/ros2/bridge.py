@@ -132,6 +132,8 @@ class Bridge:
         """Tells other bridges in callboard's graph that this one is active."""
         self._budget = PlanningBudget()
         self._ours = SideGraph()
+        self._planned = self._ours, self._ours
+        """Both graphs as the last plan knew them."""
         self._unseen: tuple[Refusal, ...] = ()
         self._labels: list[Mapping[str, str]] = []
 
@@ -180,7 +182,7 @@ class Bridge:
                         self._retries.reset()
                     else:
                         retry_at = loop.time() + self._retries.next(0.0)
-                self._mirrors.find_publishers(self._is_here)
+                self._mirrors.find_publishers(self._is_here, *self._planned)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
@@ -279,6 +281,7 @@ class Bridge:
         new = EMPTY_PLAN
         if active:
             await self._look_up_types(there)
+            self._planned = self._ours, there
             with self._planning():
                 new = self._plan = plan(self._ours, there, self._rules, self._types.known, self._plan)
         if active and self._marker is None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.bridges.counters import Counters
+    from actors.bridges.graph import SideGraph
     from actors.bridges.plan import Mirror, Plan, SidePlan, Topic
     from actors.bridges.ros2.observer import Observer
     from actors.bridges.ros2.participant import Participant
@@ -100,15 +101,21 @@ class Mirrors:
         self._receive(wanted)
         return self._is_complete
 
-    def find_publishers(self, is_here: Callable[[str], bool]) -> None:
+    def find_publishers(self, is_here: Callable[[str], bool], ours: SideGraph, theirs: SideGraph) -> None:
         """Pass on messages whose publishers the graphs did not show when they arrived, or show no longer.
+
+        Those of publishers that the last plan knew, and that have no mirror now, are dropped.
 
         Args:
             is_here: Returns whether callboard's graph has a native node of a name.
+            ours: Callboard's graph as the last plan knew it.
+            theirs: The graph of ROS 2 as the last plan knew it.
         """
         for received in self._from_ros.values():
             received.look_again()
+            received.drop_refused(partial(_is_publisher, theirs))
         for passed_on in self._from_callboard.values():
+            passed_on.drop_refused(partial(_is_publisher, ours))
             passed_on.publish_for_departed(is_here)
 
     def close(self) -> None:
@@ -327,6 +334,12 @@ def _topic_of(mirror: Mirror) -> Topic:
     """Return the name and type of a mirror's topic on the side where its messages come from."""
     is_source = mirror.kind is EntryKind.PUBLISHER
     return (mirror.source if is_source else mirror.name), mirror.type_name
+
+
+def _is_publisher(graph: SideGraph, node: str, topic: str) -> bool:
+    """Return whether a graph has a node as a publisher of a topic."""
+    kind = EntryKind.PUBLISHER
+    return any((each.node, each.name, each.kind) == (node, topic, kind) for each in graph.endpoints)
 
 
 def _keeps(mirror: Mirror) -> bool:

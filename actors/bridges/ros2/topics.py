@@ -107,6 +107,14 @@ class TopicFromRos:
         """Return a publisher that is shown on a node in callboard; None if there is none."""
         return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
 
+    def drop_refused(self, is_publisher: Callable[[str, str], bool]) -> None:
+        """Drop messages of publishers that do not cross.
+
+        Args:
+            is_publisher: Returns whether the last plan knew a node as a publisher of a topic.
+        """
+        self._crossing.drop_refused(lambda node: is_publisher(node, self._topic))
+
     def look_again(self) -> None:
         """Find the nodes of publishers whose messages arrived before the graph showed them."""
         self._crossing.look_again()
@@ -309,6 +317,14 @@ class TopicFromCallboard:
         )
         self._publishers[mirror] = publisher
         self._crossing.add_mirror(mirror.source_node, publisher.publish)
+
+    def drop_refused(self, is_publisher: Callable[[str, str], bool]) -> None:
+        """Drop messages of publishers that do not cross.
+
+        Args:
+            is_publisher: Returns whether the last plan knew a node as a publisher of a topic.
+        """
+        self._crossing.drop_refused(lambda node: is_publisher(node, self._topic))
 
     def publish_for_departed(self, is_here: Callable[[str], bool]) -> None:
         """Publish messages of nodes that left before they had a mirror.

@@ -158,6 +158,38 @@ async def test_reading_and_planning_have_a_budget(
     await cancel_and_wait(running)
 
 
+async def test_the_last_words_of_a_second_clock_do_not_cross(between: Between) -> None:
+    """What a second clock here has published is dropped, and not sent to ROS 2 when it leaves."""
+    bare = [between.here.create_bare_node(name) for name in ("a", "b")]
+    first, second = [each.create_publisher(String, "/clock", 10) for each in bare]
+    between.native("/native", (SUBSCRIPTION, "/clock", STRING))
+    await first.wait_for_subscriptions(1)
+    await second.wait_for_subscriptions(1)
+    second.publish(String(data="second"))
+    await until(lambda: "its publisher does not cross" in str(between.bridge.document()["topics"]))
+    bare[1].destroy()
+    await until(lambda: not between.bridge.document()["refusals"])
+    first.publish(String(data="first"))
+    await until(lambda: cdr.encode(String(data="first")) in between.network.published)
+    assert cdr.encode(String(data="second")) not in between.network.published
+
+
+async def test_a_second_clock_of_ros_begins_with_its_next_time(between: Between) -> None:
+    """When the first one has left; what it has published before is dropped."""
+    received: list[str] = []
+    between.here.create_subscription(String, "/clock", lambda each: received.append(each.data), 10)
+    between.native("/a", (PUBLISHER, "/clock", STRING))
+    (second,) = between.native("/b", (PUBLISHER, "/clock", STRING))
+    await until(lambda: between.bridge.document()["refusals"] and between.network.eventfds)
+    between.send(second.gid, "old", 1, "/clock")
+    await until(lambda: "its publisher does not cross" in str(between.bridge.document()["topics"]))
+    between.network.leave("/a")
+    await until(lambda: not between.bridge.document()["refusals"])
+    between.send(second.gid, "new", 2, "/clock")
+    await until(lambda: received)
+    assert received == ["new"]
+
+
 async def test_publishers_with_different_offers(between: Between) -> None:
     """Each message is received once, by the subscription that fits its publisher's offer."""
     received: list[str] = []
