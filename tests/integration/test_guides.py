@@ -34,3 +34,10 @@ async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Pa
     """Each command succeeds and prints what is shown."""
     guide = (ROOT / "docs" / "how-to" / f"{name}.md").read_text(encoding="utf-8")
     await Reader(system, tmp_path).follow(guide)
+
+
+async def test_the_guide_of_bags_can_be_followed(system: System, tmp_path: Path) -> None:
+    """The recorder goes on until Ctrl-C; all other commands end."""
+    guide = (ROOT / "docs" / "how-to" / "bags.md").read_text(encoding="utf-8")
+    command = "callboard bag record /chatter -o trip"
+    await Reader(system, tmp_path, goes_on={command: tuple(command.split())}).follow(guide)
