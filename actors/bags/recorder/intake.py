@@ -99,37 +99,49 @@ class Intake:
             self._take_some(source)
 
     def _take_some(self, source: Source) -> None:
-        for _ in range(TURN_MESSAGES):
-            if self._lossless and not self._has_room:
-                source.is_due = True
-                self._thread.when_room(partial(self._go_on, source))
-                return
-            if not self._take_one(source):
-                return
-        source.is_due = True
-        self._loop.call_soon(self._go_on, source)
+        taken = self._take_up_to(source, TURN_MESSAGES)
+        if self._lossless and not self._has_room:
+            source.is_due = True
+            self._thread.when_room(partial(self._go_on, source))
+        elif taken == TURN_MESSAGES or (self._lossless and source.subscription.queued):
+            source.is_due = True
+            self._loop.call_soon(self._go_on, source)
 
-    def _take_one(self, source: Source) -> bool:
-        """Take the oldest message that waits; return whether there was one."""
-        taken = source.subscription.take()
-        if taken is None:
-            return False
-        self.arrived += 1
-        data, info = taken
-        gid, number, counts = info.publisher_gid, info.publication_sequence_number, source.topic.counts
-        counts.note(gid, info.publisher_node, number)
-        log_time_ns = info.received_timestamp if self._now_ns is None else self._now_ns()
-        if self.is_paused or not log_time_ns:
-            return True
-        counts.received += 1
-        if not (self._lossless or self.ring is not None or self._has_room):
-            counts.drop(gid, number)
-            return True
-        if not self._batch:
+    def _take_up_to(self, source: Source, most: int) -> int:
+        """Take the oldest messages that wait, while there is room for them if nothing may be dropped.
+
+        Returns:
+            Their number.
+        """
+        take, topic, now_ns, batch = source.subscription.take, source.topic, self._now_ns, self._batch
+        counts = topic.counts
+        has_limit = self.ring is None
+        # The thread makes more room meanwhile: some messages later, this is looked at again.
+        room = self._max_bytes - self._thread.queued_bytes - self._batch_bytes
+        before = room
+        count = 0
+        while count < most and not (self._lossless and room <= 0):
+            found = take()
+            if found is None:
+                break
+            count += 1
+            data, (publish_time_ns, log_time_ns, number, gid, node) = found
+            counts.note(gid, node, number)
+            if now_ns is not None:
+                log_time_ns = now_ns()
+            if self.is_paused or not log_time_ns:
+                continue
+            counts.received += 1
+            if has_limit and room <= 0:
+                counts.drop(gid, number)
+                continue
+            room -= len(data) + OVERHEAD_BYTES
+            batch.append(QueuedMessage(log_time_ns, topic, data, publish_time_ns, number, gid))
+        self.arrived += count
+        if batch and not self._batch_bytes:
             self._loop.call_soon(self.hand_over)
-        self._batch.append(QueuedMessage(log_time_ns, source.topic, data, info.source_timestamp, number, gid))
-        self._batch_bytes += len(data) + OVERHEAD_BYTES
-        return True
+        self._batch_bytes += before - room
+        return count
 
     @property
     def _has_room(self) -> bool:
@@ -155,12 +167,15 @@ class Intake:
 
     async def drain(self, source: Source) -> None:
         """Take what waits now in a subscription that is going to end."""
-        for _ in range(source.subscription.queued):
-            while self._lossless and not self._has_room and self._thread.error is None:
-                self.hand_over()
+        left = source.subscription.queued
+        while left and self._thread.error is None:
+            if self._lossless and not self._has_room:
                 room = asyncio.Event()
                 self._thread.when_room(room.set)
                 await room.wait()
-            if not self._take_one(source):
+                continue
+            taken = self._take_up_to(source, left)
+            self.hand_over()
+            if not taken:
                 break
-        self.hand_over()
+            left -= taken

@@ -151,8 +151,8 @@ async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
     assert "flush" not in desk.bag.done
     desk.now = FLUSH_SEC
     desk.put(3)
-    await until(lambda: "flush" in desk.bag.done)
-    assert desk.thread.flushed == 3
+    await until(lambda: desk.thread.flushed == 3)
+    assert "flush" in desk.bag.done
     await desk.thread.close({})
 
 
