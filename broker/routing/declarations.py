@@ -364,8 +364,11 @@ class Declarations:
         children = tuple(endpoint.endpoints.values()) if isinstance(endpoint, NodeRecord) else ()
         if isinstance(endpoint, PublisherRecord):
             # Batches of it may be on their way; they are ignored instead of ending the link as an unknown id
-            # would.
-            endpoint.peer.revoked.add(endpoint.key)
+            # would. A link that loses publishers again and again may not make the broker remember them all.
+            revoked = endpoint.peer.revoked
+            revoked[endpoint.key] = None
+            if len(revoked) > self._max_endpoints:
+                revoked.popitem(last=False)
         if endpoint.id in endpoint.peer.endpoints:  # not if its node has been removed before
             self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, code, text)))
         for child in children:

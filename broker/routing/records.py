@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter, OrderedDict, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -68,8 +68,9 @@ class Peer:
     # declarations
     endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
     """By the ids that the client chose."""
-    revoked: set[int] = field(default_factory=set[int])
-    """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
+    revoked: OrderedDict[int, None] = field(default_factory=OrderedDict[int, None])
+    """Ids of its publishers that changed rules or other nodes have removed, as many as it may declare, the
+    latest ones; what it still sends for them is ignored."""
 
     # definitions
     definitions: dict[str, int] = field(default_factory=_new_dict)

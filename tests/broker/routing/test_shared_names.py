@@ -5,6 +5,8 @@ from __future__ import annotations
 import msgpack
 import pytest
 
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
 from proto.errors import ErrorCode, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import decode
@@ -98,6 +100,22 @@ def test_a_node_yields_its_name_to_one_that_does_not_share_it() -> None:
     assert refusal(switch, first, SHARED._replace(id=3, yields=True)) == (
         "A node named '/same' is there already and does not share its name; give this one another name"
     )
+
+
+def test_a_link_may_yield_names_without_end() -> None:
+    """Of its publishers that are gone, the broker remembers as many as it may declare."""
+    switch = Switch(Router(limits=RouterLimits(max_endpoints=2)))
+    first, second = switch.join(), switch.join()
+    numbers: list[int] = []
+    for _ in range(3):
+        assert refusal(switch, first, SHARED._replace(yields=True)) is None
+        numbers.append(switch.publisher(first, make.publisher(2, "/up")))
+        assert refusal(switch, second, UNSHARED) is None
+        switch.send(second, frames.Undeclare(0))
+        switch.read_all(first)
+    switch.send(first, make.batch(numbers[1], 0), make.batch(numbers[2], 0))
+    with pytest.raises(ProtocolError, match="no publisher"):
+        switch.send(first, make.batch(numbers[0], 0))
 
 
 def test_a_node_does_not_yield_beside_one_that_only_shares_its_name() -> None:
