@@ -119,5 +119,8 @@ class NodeNames:
 
 
 def _any(holders: dict[int, NodeRecord]) -> NodeRecord:
-    """Return one of a name's holders, which all share the name if there are several of one broker."""
-    return next(iter(holders.values()))
+    """Return one of a name's holders, which all share the name if there are several of one broker.
+
+    It is the latest one: earlier ones of other brokers may yield the name to it.
+    """
+    return next(reversed(holders.values()))

@@ -76,6 +76,10 @@ def test_a_node_that_yields_its_name_is_no_duplicate() -> None:
     newcomer = b.join("/newcomer")
     b.send(newcomer, frames.Node(1, "/same"))
     assert b.read(newcomer, frames.Refused) == []
+    third = b.join("/third")
+    b.send(third, frames.Node(1, "/same", shared=True))
+    (refused,) = b.read(third, frames.Refused)
+    assert "does not share its name" in refused.text
     network.settle()
     assert warned(a, mirror) == warned(b, newcomer) == []
     a.send(mirror, frames.Undeclare(1))
