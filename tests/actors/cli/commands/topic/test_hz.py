@@ -50,11 +50,16 @@ def desk(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Desk:
     return desk
 
 
-def speaking(node: actors.Node, topic: str = "said", message: Any = None) -> None:
-    """Publish a hundred times a second."""
+def speaking(node: actors.Node, *topics: str, message: Any = None) -> None:
+    """Publish a hundred times a second, on all topics at once: `--once` prints what it knows first."""
     said = String(data="hello") if message is None else message
-    publisher = node.create_publisher(type(said), topic, 10)
-    node.create_timer(0.01, lambda: publisher.publish(said))
+    publishers = [node.create_publisher(type(said), each, 10) for each in topics or ("said",)]
+
+    def speak() -> None:
+        for each in publishers:
+            each.publish(said)
+
+    node.create_timer(0.01, speak)
 
 
 async def test_messages_from_beyond_a_bridge_are_subscribed_to(desk: Desk) -> None:
@@ -169,8 +174,7 @@ async def test_hz_by_subscription(desk: Desk) -> None:
 async def test_hz_of_several_topics_is_a_table(desk: Desk) -> None:
     """ROS 2's header and rule, a row for each topic with a rate."""
     async with desk.node() as node:
-        speaking(node, "a")
-        speaking(node, "a_longer_name")
+        speaking(node, "a", "a_longer_name")
         await node.get_graph()
         ended = await desk.callboard("topic", "hz", "a", "a_longer_name", "a", *PATIENCE)
     lines = ended.out.splitlines()
@@ -257,7 +261,7 @@ async def test_delay(desk: Desk) -> None:
     message = Imu()
     message.header.stamp.sec = 1
     async with desk.node() as node:
-        speaking(node, "imu", message)
+        speaking(node, "imu", message=message)
         await node.get_graph()
         ended = await desk.callboard("topic", "delay", "imu", *PATIENCE)
         document = (await desk.callboard("topic", "delay", "imu", *PATIENCE, "--json")).json
