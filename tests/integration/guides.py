@@ -42,6 +42,15 @@ CALLBOARD: Final = """
     sys.exit(main())
 """
 
+IN_ENVIRONMENT: Final = """
+import runpy, site, sys
+site.addsitedir({site!r})
+sys.executable = {python!r}
+sys.argv[0] = {program!r}
+runpy.run_path({program!r}, run_name="__main__")
+"""
+"""Runs a program of an environment in an interpreter that was started without it; what it starts has that."""
+
 builds_packages: Final = pytest.mark.skipif(
     int(version("setuptools").partition(".")[0]) < 77,
     reason="building a package needs setuptools 77: pip install -e '.[dev]'",
@@ -78,6 +87,7 @@ class Reader:
         ends_alone: As above.
         goes_on: Further commands that go on running, with what runs instead.
         settles: Whether a command that prints something else is repeated: what it shows may need a moment.
+        forks: Whether commands may be forked though the guide installs packages. What they start is started.
         foreign: Names of programs of `goes_on` that run nothing of callboard: their ends prove nothing.
     """
 
@@ -89,6 +99,7 @@ class Reader:
         ends_alone: str = "",
         goes_on: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
         settles: bool = False,
+        forks: bool = False,
         foreign: Collection[str] = (),
     ) -> None:
         self.environment = Environment(folder / "environment")
@@ -98,6 +109,7 @@ class Reader:
         self._ends_alone = ends_alone
         self._goes_on = goes_on
         self._settles = settles
+        self._forks = forks
         self._foreign = foreign
         self._latest = ""
         self._installs = False
@@ -160,8 +172,13 @@ class Reader:
         command = [found, *words[1:]]
         if not self._installs and found == str(self.environment.programs / "python"):
             command[0] = sys.executable  # its packages are the same, and it need not be started
-        elif not self._installs and found == str(self.environment.programs / "callboard"):
-            command.insert(0, sys.executable)
+        elif found == str(self.environment.programs / "callboard"):
+            if not self._installs:
+                command.insert(0, sys.executable)
+            elif self._forks:
+                python = str(self.environment.programs / "python")
+                source = IN_ENVIRONMENT.format(site=str(self.environment.site), python=python, program=found)
+                command[:1] = [sys.executable, "-c", source]
         return await self._system.program(*command, folder=self.folder, environ=variables)
 
     async def _hear(self, lines: str) -> None:

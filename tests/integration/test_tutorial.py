@@ -20,6 +20,6 @@ if TYPE_CHECKING:
 @pytest.mark.timeout(6 * DEADLINE_SEC)
 async def test_the_tutorial_can_be_followed(system: System, tmp_path: Path) -> None:
     """Each command and each node prints what is shown."""
-    reader = Reader(system, tmp_path, ends_alone="client")
+    reader = Reader(system, tmp_path, ends_alone="client", forks=True)
     await reader.follow((ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8"))
     assert (reader.folder / "course" / "course.svg").read_text(encoding="utf-8").startswith("<svg")
