@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.integration.conftest import ROOT
 from tests.integration.guides import builds_packages
+from tests.upstream.__main__ import main
 from tests.upstream.runner import Verdict, worst
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-DEADLINE_SEC = 100
 PACKAGE = "examples_rclpy_guard_conditions"
 SETUP = f"""
 from setuptools import setup
@@ -45,24 +43,23 @@ def main():
         ("    from rclpy.none import x", "cannot"),
     ],
 )
-def test_a_program_is_compared_with_the_table(more: str, verdict: str, tmp_path: Path) -> None:
+def test_a_program_is_compared_with_the_table(
+    more: str,
+    verdict: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """It is installed, run and compared; the exit code says whether all programs behave as upstream."""
     inside = tmp_path / "checkouts" / "examples" / PACKAGE / PACKAGE
     inside.mkdir(parents=True)
     (inside / "__init__.py").touch()
     (inside.parent / "setup.py").write_text(SETUP)
     (inside / "program.py").write_text(PROGRAM + more + "\n")
-    command = [sys.executable, "-m", "tests.upstream", str(tmp_path / "checkouts"), "--only", PACKAGE]
-    done = subprocess.run(
-        [*command, "--json", str(tmp_path / "json")],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=DEADLINE_SEC,
-    )
-    assert done.returncode == (verdict != "same"), done.stderr
-    assert done.stdout.startswith(f"{verdict:8} {PACKAGE} trigger_guard_condition")
+    options = (str(tmp_path / "checkouts"), "--only", PACKAGE, "--json", str(tmp_path / "json"))
+    monkeypatch.setattr(sys, "argv", ["upstream", *options])
+    assert main() == (verdict != "same")
+    assert capsys.readouterr().out.startswith(f"{verdict:8} {PACKAGE} trigger_guard_condition")
     (program,) = json.loads((tmp_path / "json").read_text())["programs"]
     assert (program["kind"], program["collection"]) == (verdict, "examples")
 
