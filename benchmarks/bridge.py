@@ -83,6 +83,11 @@ CALLS: Final = {
     "to callboard": ("ros source", "callboard_answer"),
     "to ROS": ("callboard source", "ros_answer"),
 }
+NODES: Final = {
+    "to callboard": ("ros source", "callboard sink"),
+    "to ROS": ("callboard source", "ros sink"),
+}
+"""Whose nodes are seen where."""
 
 
 class Role:
@@ -297,6 +302,20 @@ class Bench:
                     figures = stage.roles[role].ask("calls", service, self._seconds)
                     found[name]["p50_us"].append(figures["p50_us"])
             self._print(f"one call{beside}", found)
+        if len(self._ways) > 1 and self._wants(f"birth and end{beside}"):
+            self._births(stage, f"birth and end{beside}")
+
+    def _births(self, stage: Stage, row: str) -> None:
+        """Measure after which time one side sees that a node of the other begins, and ends."""
+        found: dict[str, dict[str, list[float]]] = {name: {"birth_s": [], "end_s": []} for name in NODES}
+        for number in range(self._rounds):
+            for name, (here, there) in NODES.items():
+                node = f"born_{number}_of_{here.partition(' ')[0]}"
+                for key, command, arguments in (("birth_s", "begin", (node,)), ("end_s", "end", ())):
+                    began = stage.roles[here].ask(command, *arguments)
+                    seen = stage.roles[there].ask("see", node, key == "birth_s")
+                    found[name][key].append(seen - began)
+        self._print(row, found)
 
     def _loads(self, stage: Stage, name: str, size: int, rate: float, keys: Sequence[str]) -> None:
         found: dict[str, dict[str, list[float]]] = {way.name: {key: [] for key in keys} for way in self._ways}

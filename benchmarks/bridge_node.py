@@ -26,7 +26,10 @@ HEAD: Final = struct.Struct("<q")
 class Source:
     """Publishes at a pace, and calls one after the other."""
 
+    _born: actors.BareNode
+
     def __init__(self, node: actors.Node) -> None:
+        self._node = node
         self._publisher = node.create_publisher(UInt8MultiArray, "/from_callboard", DEPTH)
         self._client = node.create_client(SetBool, "/ros_answer")
 
@@ -53,11 +56,25 @@ class Source:
             times.append(time.perf_counter() - began)
         return {"calls": len(times), "p50_us": 1e6 * statistics.median(times)}
 
+    async def begin(self, name: str) -> float:
+        """Start a node; return when."""
+        now = time.monotonic()
+        self._born = self._node.create_bare_node(name)
+        self._born.create_publisher(UInt8MultiArray, "/born", DEPTH)
+        return now
+
+    async def end(self) -> float:
+        """End the node; return when."""
+        now = time.monotonic()
+        self._born.destroy()
+        return now
+
 
 class Sink:
-    """Receives, and answers calls."""
+    """Receives, answers calls, and sees nodes."""
 
     def __init__(self, node: actors.Node) -> None:
+        self._watch = node.watch_graph()
         self._delays: list[int] = []
         self._first = self._last = 0
         node.create_subscription(UInt8MultiArray, "/to_callboard", self._receive, DEPTH)
@@ -74,6 +91,13 @@ class Sink:
     def _answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success = request.data
         return response
+
+    async def see(self, name: str, is_there: bool) -> float:  # noqa: FBT001 - as JSON has it
+        """Wait until a node is there, or is not; return when."""
+        changes = self._watch.batches()
+        while (f"/{name}" in self._watch.snapshot.nodes()) != is_there:
+            await anext(changes)
+        return time.monotonic()
 
     async def forget(self, _: str) -> None:
         """Forget what was received."""

@@ -27,6 +27,7 @@ DEPTH = 10
 HEAD = struct.Struct("<q")
 HEAD_AT = 16
 """Where the data begins: behind the encapsulation, no dimensions, the offset and the length."""
+POLL_SEC = 0.002
 NODES = 50
 TOPICS_PER_NODE = 3
 
@@ -69,11 +70,24 @@ class Source:
             times.append(time.perf_counter() - began)
         return {"calls": len(times), "p50_us": 1e6 * statistics.median(times)}
 
+    def begin(self, name):
+        """Start a node; return when."""
+        now = time.monotonic()
+        self._born = rclpy.create_node(name, start_parameter_services=False, enable_rosout=False)
+        return now
+
+    def end(self):
+        """End the node; return when."""
+        now = time.monotonic()
+        self._born.destroy_node()
+        return now
+
 
 class Sink:
-    """Receives, and answers calls."""
+    """Receives, answers calls, and sees nodes."""
 
     def __init__(self, node):
+        self._node = node
         self._delays = {}
         self._first = {}
         self._last = {}
@@ -105,6 +119,12 @@ class Sink:
     def _answer(request, response):
         response.success = request.data
         return response
+
+    def see(self, name, is_there):
+        """Wait until a node is there, or is not; return when."""
+        while (name in self._node.get_node_names()) != is_there:
+            time.sleep(POLL_SEC)
+        return time.monotonic()
 
     def forget(self, topic):
         """Forget what was received."""
