@@ -91,8 +91,7 @@ async def publish(url: str, workload: Workload) -> None:
         publishers = [
             node.create_publisher(type(workload.message), name, KEEP_ALL) for name in names(workload)
         ]
-        for each in publishers:
-            await _until(lambda each=each: each.get_subscription_count() > 0)
+        await _until(lambda: all(each.get_subscription_count() for each in publishers))
         for number in range(workload.messages):
             publisher = publishers[number % workload.topics]
             await publisher.ready()
@@ -133,7 +132,7 @@ def write(name: str, folder: Path) -> Rates:
         channels = [writer.register_channel(each, "cdr", schema) for each in names(workload)]
         for number in range(workload.messages):
             writer.add_message(channels[number % workload.topics], number, data, number, number)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]  # mcap's
         return _rates(workload.messages, wall, cpu)
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-GROUPS = {"action", "auth", "bridge", "topic", "service", "node", "interface", "pkg", "context"}
+GROUPS = {"action", "auth", "bag", "bridge", "topic", "service", "node", "interface", "pkg", "context"}
 """First words of commands that have two."""
 
 
@@ -201,7 +201,7 @@ def test_every_document_can_be_reached_from_the_readme() -> None:
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
 def test_the_documents_import_only_public_paths(path: Path) -> None:
     """Modules below them may move at any time."""
-    public = r"actors(\.(interfaces|launch|testing|threads|tools)(\.\w+)*)?|broker"
+    public = r"actors(\.bags|\.(interfaces|launch|testing|threads|tools)(\.\w+)*)?|broker"
     imports = r"^ *(?:from|import) ((?:actors|broker|proto)\b[\w.]*)"
     found = re.findall(imports, path.read_text(encoding="utf-8"), re.MULTILINE)
     assert [module for module in found if not re.fullmatch(public, module)] == []

@@ -13,11 +13,13 @@ import yaml
 
 import actors
 from actors.bags.errors import BagExistsError, BagFullError, BagWriteError
+from actors.bags.reader import Reader
 from actors.bags.recorder import recorder as module
 from actors.bags.recorder.options import RecorderOptions
 from actors.bags.recorder.recorder import Recorder
 from actors.bags.recorder.selection import Selection
 from actors.bags.writer import Writer
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.interfaces.rosbag2_interfaces.srv import (
@@ -279,6 +281,8 @@ async def test_what_does_not_fit_into_the_memory_is_counted(
             StuckWriter.go_on.set()
     assert 80 < dropped < 100
     assert texts(tmp_path / "trip") == [str(index) for index in range(100 - dropped)]
+    with Reader(tmp_path / "trip") as bag:
+        assert bag.summary().dropped == {"/chatter": dropped}
     said = metadata_of(tmp_path / "trip")["custom_data"]
     assert json.loads(said["callboard.dropped"]) == {"/chatter": dropped}
     losses = json.loads(said["callboard.losses"])["/chatter"]
@@ -375,6 +379,36 @@ async def test_service_events_are_recorded(meeting: Meeting, tmp_path: Path) -> 
         await written(recording, 2)
     first, second = [each.decoded(AddTwoInts.Event) for each in messages_of(tmp_path / "trip")]
     assert (first.request[0].a, first.request[0].b, second.response[0].sum) == (1, 2, 3)
+
+
+async def test_actions_are_recorded(meeting: Meeting, tmp_path: Path) -> None:
+    """Their feedback and status, and the events of their services, which have types of their own."""
+    node = await meeting.node("counter")
+
+    def execute(goal: Any) -> Fibonacci.Result:
+        goal.publish_feedback(Fibonacci.Feedback(sequence=[0, 1]))
+        goal.succeed()
+        return Fibonacci.Result(sequence=[0, 1, 1])
+
+    server = node.create_action_server(Fibonacci, "/count", execute)
+    server.configure_introspection(
+        node.get_clock(), actors.QoSProfile(depth=100), actors.ServiceIntrospectionState.CONTENTS
+    )
+    client = node.create_action_client(Fibonacci, "/count")
+    selection = Selection(actions=["/count"])
+    async with recorder(meeting, tmp_path / "trip", selection=selection) as recording:
+        assert len(recording.statistics().topics) == 5
+        goal = await client.send_goal(Fibonacci.Goal(order=3))
+        assert list((await goal.result()).result.sequence) == [0, 1, 1]
+        below = "/count/_action"
+        wanted = ("feedback", "status", "send_goal/_service_event", "get_result/_service_event")
+        await until(lambda: all(recording.statistics().topics[f"{below}/{each}"] for each in wanted))
+    with Reader(tmp_path / "trip") as bag:
+        found = {each.topic.type_name: each.decoded() for each in bag.messages()}
+    feedback: Any = found["example_interfaces/action/Fibonacci_FeedbackMessage"]
+    assert list(feedback.feedback.sequence) == [0, 1]
+    event: Any = found["example_interfaces/action/Fibonacci_GetResult_Event"]
+    assert list(event.response[0].result.sequence) == [0, 1, 1]
 
 
 async def test_log_times_are_simulated(meeting: Meeting, tmp_path: Path) -> None:
