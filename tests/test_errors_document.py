@@ -14,7 +14,14 @@ import pytest
 import actors
 import callboard
 
-PACKAGES: Final = ("callboard", "actors.interfaces", "actors.launch", "actors.testing", "actors.threads")
+PACKAGES: Final = (
+    "callboard",
+    "actors.bags",
+    "actors.interfaces",
+    "actors.launch",
+    "actors.testing",
+    "actors.threads",
+)
 DOCUMENT: Final = (Path(__file__).parents[1] / "docs/reference/errors.md").read_text(encoding="utf-8")
 SECTIONS: Final = dict(re.findall(r"^## (.+)\n([^#]+)", DOCUMENT, re.MULTILINE))
 RENAMED: Final = dict(re.findall(r"^\| `([\w.]+)` \| `([\w.]+)` \|$", SECTIONS["Former names"], re.MULTILINE))
