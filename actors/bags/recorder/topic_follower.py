@@ -73,6 +73,7 @@ class TopicFollower:
         self._types = GraphTypes(node)
         self._log = node.get_logger()
         self._lines = LimitedLines(self._log.warning)
+        self._news = LimitedLines(self._log.info)
         self._early: dict[str, Subscription[Any]] = {}
         """Subscriptions to topics whose type nobody has declared yet."""
         self._warned: set[str] = set()
@@ -136,13 +137,14 @@ class TopicFollower:
             qos = self._overrides.get(name) or recording_qos(endpoints.offers, lossless=self._lossless)
             subscription = self._node.create_subscription(msg_type, name, None, qos, raw=True)
         source = self.sources[name] = Source(topic, subscription)
-        self._log.info(f"Subscribed to topic '{name}'")
+        if self._news.admits("topics that are recorded"):
+            self._log.info(f"Subscribed to topic '{name}'")
         self._begin(source)
         self._check_offers(name, endpoints)
 
     def _subscribe_early(self) -> None:
         """Subscribe to topics that were named and do not exist, so that their first messages arrive."""
-        for name in self._selection.awaited_topics - self.sources.keys():
+        for name in self._selection.awaited_topics - self.sources.keys() - self._warned:
             qos = self._overrides.get(name) or recording_qos((), lossless=self._lossless)
             self._early[name] = self._node.create_subscription(None, name, None, qos, raw=True)
 
@@ -175,3 +177,4 @@ class TopicFollower:
             each.destroy()
         self._early.clear()
         self._lines.close()
+        self._news.close()

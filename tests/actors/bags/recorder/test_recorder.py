@@ -168,6 +168,63 @@ async def test_latched_values_are_taken_once_and_begin_each_file(meeting: Meetin
     assert texts(second) == ["map"]
 
 
+async def test_files_are_split_and_only_the_newest_kept(meeting: Meeting, tmp_path: Path) -> None:
+    """By size, as the options say; the files that are left have the newest messages, without a gap."""
+    node = await meeting.node("talker")
+    async with recorder(meeting, tmp_path / "trip", "/chatter", max_bag_size=3000, max_splits=2) as recording:
+        talker = await publisher(node, "/chatter", 1000)
+        for index in range(100):
+            talker.publish(String(data=f"{index} {'x' * 200}"))
+        await written(recording, 100)
+    assert len(files_of(tmp_path / "trip")) == 2
+    numbers = [int(each.split()[0]) for each in texts(tmp_path / "trip")]
+    assert 0 < numbers[0] < 99
+    assert numbers == list(range(numbers[0], 100))
+
+
+async def test_the_quality_of_a_subscription_can_be_chosen(meeting: Meeting, tmp_path: Path) -> None:
+    """An override wins over what the publishers offer; other topics are as they offer."""
+    node = await meeting.node("talker")
+    for name in ("/a", "/b"):
+        node.create_publisher(String, name, 10)
+    await meeting.settled(node)
+    chosen = actors.QoSProfile(depth=3, reliability=actors.ReliabilityPolicy.BEST_EFFORT)
+    async with recorder(meeting, tmp_path / "trip", "/a", "/b", qos_overrides={"/a": chosen}):
+        (first,) = await node.get_subscriptions_info_by_topic("/a")
+        (second,) = await node.get_subscriptions_info_by_topic("/b")
+    assert (first.qos_profile.depth, first.qos_profile.reliability) == (
+        3,
+        actors.ReliabilityPolicy.BEST_EFFORT,
+    )
+    assert second.qos_profile.reliability is actors.ReliabilityPolicy.RELIABLE
+
+
+async def test_a_strict_publisher_that_is_not_heard_is_named(
+    meeting: Meeting, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Such as one that begins without latched messages beside others that have some."""
+    node = await meeting.node("talker")
+    node.create_publisher(String, "/map", latched(1))
+    await meeting.settled(node)
+    async with recorder(meeting, tmp_path / "trip", "/map"):
+        node.create_publisher(String, "/map", 10, strict_qos=True)
+        await until(lambda: "a publisher that is strict about its QoS is not heard" in caplog.text)
+
+
+async def test_a_topic_of_two_types_is_not_recorded(
+    meeting: Meeting, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A bag's topic has one type; a line says why it is missing."""
+    nodes = [await meeting.node(name) for name in ("one", "two")]
+    for node, msg_type in zip(nodes, (String, Int32), strict=True):
+        node.create_publisher(msg_type, "/mixed", 10)
+    await meeting.settled(*nodes)
+    async with recorder(meeting, tmp_path / "trip", "/mixed") as recording:
+        assert not recording.statistics().topics
+        assert not await nodes[0].get_subscriptions_info_by_topic("/mixed")
+    assert "'/mixed' is not recorded: it has several types" in caplog.text
+
+
 async def test_a_recording_pauses(meeting: Meeting, tmp_path: Path) -> None:
     """What arrives while it is paused is in no file, and not counted as lost."""
     node = await meeting.node("talker")
