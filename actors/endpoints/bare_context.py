@@ -28,6 +28,7 @@ class BareContext(NodeContext):
         owner: The context of the node whose link, mailbox, clock and log it uses.
         apart: Endpoints of nodes with the same text do not match.
         yields_name: Whether a node that does not share its name takes this one's.
+        name_taken: Whether the broker of this session has refused it because another node has its name.
     """
 
     owns_link = False
@@ -60,6 +61,7 @@ class BareContext(NodeContext):
         self.yields_name = yields_name
         self.declared = False
         self.refusal = self._reason = ""
+        self.name_taken = False
         self.unread = 0
         self.endpoints = {}
         self.timers = {}
@@ -96,7 +98,7 @@ class BareContext(NodeContext):
         """Note that the node is in the graph."""
         del number
         self.declared = True
-        self.refusal = ""
+        self.refusal, self.name_taken = "", False
         self.link.wake()
 
     def refused(self, code: int, text: str) -> None:
@@ -105,8 +107,9 @@ class BareContext(NodeContext):
             return
         self.declared = True
         self.refusal = self._reason = text or "it gives no reason"
+        self.name_taken = code == ErrorCode.NAME_TAKEN
         self.link.wake()
-        if self.yields_name and code == ErrorCode.NAME_TAKEN:
+        if self.yields_name and self.name_taken:
             self.log.debug(f"The node '{self.full_name}' has yielded its name: {text}")
         elif self.may_log("refusals of the broker"):
             self.log.error(f"The broker refused the node '{self.full_name}': {text}")
@@ -119,7 +122,7 @@ class BareContext(NodeContext):
         Destroyed publishers that had not been accepted are declared in the next session, and send then.
         """
         self.declared = False
-        self.refusal = ""
+        self.refusal, self.name_taken = "", False
         self._unsent = [each for each in self._unsent if each[0] in self.link.endpoints]
         self._replies = False
 

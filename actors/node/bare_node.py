@@ -67,6 +67,11 @@ class BareNode(NodeEndpoints):
         return self._context.refusal
 
     @property
+    def name_taken(self) -> bool:
+        """Whether the broker of this session has refused it because another node has its name."""
+        return self._bare.name_taken
+
+    @property
     def destroyed(self) -> bool:
         """Whether it has been destroyed, by itself or with the node that it belongs to."""
         return self._context.destroyed

@@ -182,6 +182,10 @@ class Bridge:
                         self._retries.reset()
                     else:
                         retry_at = loop.time() + self._retries.next(0.0)
+                elif retry_at == math.inf and self._mirrors.has_lost_names:
+                    # Usually the graph shows who has the name, and the next plan gives the mirror another.
+                    # But the node may have gone since, or be silent or not to be seen.
+                    retry_at = loop.time() + self._retries.next(0.0)
                 self._mirrors.find_publishers(self._is_here, *self._planned)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):

@@ -101,6 +101,11 @@ class Mirrors:
         self._receive(wanted)
         return self._is_complete
 
+    @property
+    def has_lost_names(self) -> bool:
+        """Whether the broker refuses a node because another one has its name."""
+        return bool(self._here.lost)
+
     def find_publishers(self, is_here: Callable[[str], bool], ours: SideGraph, theirs: SideGraph) -> None:
         """Pass on messages whose publishers the graphs did not show when they arrived, or show no longer.
 
@@ -147,11 +152,16 @@ class Mirrors:
         }
 
     async def _hide_surplus(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
-        successors = {_original_of(each) for each in wanted.mirrors - side.shown.keys() if _keeps(each)}
-        for mirror in side.shown.keys() - wanted.mirrors:
+        surplus, missing = side.shown.keys() - wanted.mirrors, wanted.mirrors - side.shown.keys()
+        if lost := side.lost:
+            again = {each for each in side.shown if each.node in lost}
+            surplus, missing = surplus | again, missing | again & wanted.mirrors
+            self._is_complete = False  # unless the next attempt finds that they have their names
+        successors = {_original_of(each) for each in missing if _keeps(each)}
+        for mirror in surplus:
             self._hide(side, mirror, is_replaced=_keeps(mirror) and _original_of(mirror) in successors)
             await pace.step()
-        for node in side.nodes.keys() - wanted.nodes.keys():
+        for node in (side.nodes.keys() - wanted.nodes.keys()) | lost:
             destroy = side.nodes.pop(node).destroy
             if seconds := side.lingering.pop(node, 0.0):
                 asyncio.get_running_loop().call_later(seconds, destroy)
@@ -275,6 +285,11 @@ class _Side:
         self.shown: dict[Mirror, Any] = {}
         self.lingering: dict[str, float] = {}
 
+    @property
+    def lost(self) -> set[str]:
+        """The nodes that are not shown because others have their names, and must be made again."""
+        return set()
+
     def add(self, name: str) -> None:
         """Show a node."""
         raise NotImplementedError
@@ -286,6 +301,11 @@ class _CallboardSide(_Side):
     def __init__(self, owner: Node, origin: str) -> None:
         super().__init__()
         self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
+
+    @property
+    def lost(self) -> set[str]:
+        """The nodes that are not shown because others have their names, and must be made again."""
+        return {name for name, node in self.nodes.items() if node.name_taken}
 
     def add(self, name: str) -> None:
         """Show a node."""

@@ -13,6 +13,7 @@ import pytest
 
 import actors
 from actors.bridges.counters import Counters
+from actors.bridges.graph import SideGraph, our_graph
 from actors.bridges.planning_budget import PlanningBudget
 from actors.bridges.ros2 import bridge as bridge_module
 from actors.bridges.ros2.bridge import Bridge
@@ -36,6 +37,7 @@ from tests.actors.meeting import until
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
+    from actors.graph.snapshot import GraphSnapshot
     from tests.actors.bridges.ros2_stand_in import Shown
     from tests.actors.meeting import Meeting
 
@@ -262,6 +264,30 @@ async def test_a_node_that_the_broker_refuses_is_reported_once(
         monkeypatch.setattr(each, "refusal", "not allowed")
     assert between.shown("callboard") == (0, 0)
     assert between.bridge.document()["refused_by_broker"] == ["/native: not allowed"]
+
+
+async def test_a_mirror_comes_back_after_a_node_that_took_its_name_and_was_not_seen(
+    between: Between, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It came and went between two looks at the graph, say: the broker had refused the mirror meanwhile."""
+    (up,) = between.native("/native", (PUBLISHER, "/up", STRING))
+    up.qos = LATCHED
+    received: list[str] = []
+    between.here.create_subscription(String, "/up", lambda each: received.append(each.data), LATCHED)
+    await until(lambda: between.shown("callboard") == (1, 1))
+
+    def without_newcomer(snapshot: GraphSnapshot) -> SideGraph:
+        graph = our_graph(snapshot)
+        return graph._replace(nodes=frozenset(each for each in graph.nodes if each.name != "/native"))
+
+    monkeypatch.setattr(bridge_module, "our_graph", without_newcomer)
+    async with actors.Node("native", url=meeting.url):
+        await until(lambda: between.bridge.document()["refused_by_broker"])
+    watch = between.here.watch_graph()
+    await until(lambda: watch.snapshot.node_labels().get("/native"))
+    assert not between.bridge.document()["refused_by_broker"]
+    between.send(up.gid, "one", 1)
+    await until(lambda: received == ["one"])
 
 
 async def test_an_unexpected_error_costs_one_message(

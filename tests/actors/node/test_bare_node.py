@@ -156,6 +156,7 @@ async def test_a_refused_bare_node_says_why_and_all_others_go_on(meeting: Meetin
     assert not await bare.wait_until_accepted()
     await until(lambda: bool(reasons and publisher.refusal))
     assert "A node named '/taken' is there already and does not share its name" in bare.refusal
+    assert bare.name_taken
     assert publisher.refusal == reasons[0] == bare.refusal
     bare.destroy()
     again = owner.create_bare_node("taken_ros2", shared_name=True)
