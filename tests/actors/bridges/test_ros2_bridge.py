@@ -32,7 +32,7 @@ from actors.qos.profile import DurabilityPolicy, QoSProfile
 from proto.aio.tasks import cancel_and_wait
 from proto.wire.codes import EntryKind
 from tests.actors.bridges.ros2_stand_in import Network, make_ros
-from tests.actors.meeting import until
+from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -288,6 +288,24 @@ async def test_a_mirror_comes_back_after_a_node_that_took_its_name_and_was_not_s
     assert not between.bridge.document()["refused_by_broker"]
     between.send(up.gid, "one", 1)
     await until(lambda: received == ["one"])
+
+
+async def test_a_latched_mirror_in_ros_that_is_made_again_gets_what_was_latched(between: Between) -> None:
+    """In order and once, as what follows: the second subscription that brings it receives that, too."""
+    texts = ["one", "two", "three", "four"]
+    one, two, three, four = (cdr.encode(String(data=each)) for each in texts)
+    publisher = between.here.create_publisher(String, "/down", latched(2))
+    for text in texts[:2]:
+        publisher.publish(String(data=text))
+    between.native("/native", (SUBSCRIPTION, "/down", STRING))
+    await until(lambda: between.network.published == [one, two])
+    between.native("/here")
+    await until(lambda: between.network.published == [one, two, one, two])
+    assert [each.node for each in between.network.endpoints if each.name == "/down"][-1] == "/here_callboard"
+    for text in texts[2:]:
+        publisher.publish(String(data=text))
+    await until(lambda: between.network.published[-1] == four)
+    assert between.network.published[4:] == [three, four]
 
 
 async def test_an_unexpected_error_costs_one_message(
