@@ -60,9 +60,12 @@ ROOTS: Final = frozenset({"__main__", "builtins", "sys"})
 
 
 def main() -> None:
-    """Serve the client at the socket whose number is the argument; in children, run programs."""
+    """Serve the client at the socket whose number is the first argument; in children, run programs.
+
+    The other arguments are more modules to import.
+    """
     channel = socket.socket(fileno=int(sys.argv[1]))
-    _import_modules()
+    _import_modules(*sys.argv[2:])
     own = _python_path()
     sys.path[:] = [each for each in sys.path[1:] if each not in own]  # the first is that of this program
     _keep_modules()
@@ -73,8 +76,8 @@ def main() -> None:
         _run(request)
 
 
-def _import_modules() -> None:
-    for name in MODULES:
+def _import_modules(*more: str) -> None:
+    for name in (*MODULES, *more):
         module = importlib.import_module(name)
         for each in dir(module):
             getattr(module, each)
