@@ -131,6 +131,8 @@ class Bridge:
         self._marker: BareNode | None = None
         """Tells other bridges in callboard's graph that this one is active."""
         self._budget = PlanningBudget()
+        self._type_names: set[str] = set()
+        """Those of both graphs at the last plan."""
         self._ours = SideGraph()
         self._planned = self._ours, self._ours
         """Both graphs as the last plan knew them."""
@@ -305,6 +307,8 @@ class Bridge:
 
     async def _look_up_types(self, there: SideGraph) -> None:
         """Import the types that are new: that takes up to 0.1 s each, once, and is no cost of plans."""
-        for name in {each.type_name for graph in (self._ours, there) for each in graph.endpoints}:
+        names = {each.type_name for graph in (self._ours, there) for each in graph.endpoints}
+        new, self._type_names = names - self._type_names, names
+        for name in new:
             self._types.known(name)
             await asyncio.sleep(0)
