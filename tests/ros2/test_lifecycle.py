@@ -61,6 +61,7 @@ async def test_clients_of_ros_manage_a_lifecycle_node_of_callboard(pair: Pair) -
     async with LifecycleNode(name[1:], url=pair.network.url):
         events = await pair.there.subscription(f"{name}/transition_event", TransitionEvent)
         await events.matched()
+        await endpoints_until(pair.here, "subscriptions", f"{name}/transition_event", 1)
         change = await pair.there.client(f"{name}/change_state", ChangeState)
         configure = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
         assert (await change.call(configure)).success
