@@ -451,12 +451,13 @@ class _Replays:
         Raises:
             RosError: ROS 2 refuses the subscription.
         """
-        wanted, crossing.wants_replay = crossing.wants_replay, False
+        wanted = crossing.wants_replay
         if wanted or not is_received:
             self._end()
         if wanted and is_received:
             self._subscription = self._subscribe()
             self._timer = asyncio.get_running_loop().call_later(REPLAY_SEC, self._end)
+        crossing.wants_replay = False
 
     def _end(self) -> None:
         if self._timer is not None:

@@ -308,6 +308,27 @@ async def test_a_latched_mirror_in_ros_that_is_made_again_gets_what_was_latched(
     assert between.network.published[4:] == [three, four]
 
 
+async def test_latched_messages_are_asked_for_again_until_ros_lets_them(
+    between: Between, meeting: Meeting
+) -> None:
+    """The bridge's own node gets no subscription at first, and the mirror here was made again."""
+    received: list[str] = []
+    between.here.create_subscription(String, "/up", lambda each: received.append(each.data), LATCHED)
+    (up,) = between.native("/native", (PUBLISHER, "/up", STRING))
+    up.qos = LATCHED
+    await until(lambda: between.network.eventfds)
+    between.send(up.gid, "one", 1)
+    await until(lambda: received == ["one"])
+    between.network.refuses = RuntimeError("too many open files")
+    between.network.refusing_node = "/callboard_bridge_one"
+    async with actors.Node("native", url=meeting.url):
+        await until(lambda: "too many open files" in str(between.bridge.document()["failures"]))
+        between.network.refuses = None
+        await until(lambda: len(between.network.eventfds) == 2)
+        between.send(up.gid, "one", 1)
+        await until(lambda: received == ["one", "one"])
+
+
 async def test_an_unexpected_error_costs_one_message(
     between: Between, monkeypatch: pytest.MonkeyPatch
 ) -> None:
