@@ -20,6 +20,7 @@ from broker.serving.listening import listen_unix
 from proto.aio.process import new_event_loop
 from proto.wire.url import parse_url
 from tests.broker.rawclient import DEADLINE_SEC
+from tests.fork_server.client import FORKED
 from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
@@ -64,7 +65,14 @@ def _raced(places: list[str]) -> list[list[str]]:
     with ExitStack() as stack:
         racers = [
             stack.enter_context(
-                subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+                subprocess.Popen(
+                    command,
+                    executable=FORKED,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    text=True,
+                    bufsize=1,
+                )
             )
             for _ in range(RACERS)
         ]
