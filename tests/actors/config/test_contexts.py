@@ -28,6 +28,7 @@ from actors.config.environment import InvalidEnvironmentError
 from proto.aio import file_lock
 from proto.errors import InvalidUrlError
 from proto.wire.url import DEFAULT_URL
+from tests.fork_server.client import FORKED
 from tests.seams.cli import read_back
 from tests.seams.nodes import link_of
 
@@ -92,7 +93,9 @@ def test_processes_that_change_it_together_lose_nothing() -> None:
     """Each sees what the others have written."""
     names = [f"robot{number}" for number in range(8)]
     adders = [
-        subprocess.Popen([sys.executable, "-c", ADD, name], stdin=subprocess.PIPE, text=True)
+        subprocess.Popen(
+            [sys.executable, "-c", ADD, name], executable=FORKED, stdin=subprocess.PIPE, text=True
+        )
         for name in names
     ]
     for adder in adders:
