@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, Unpack
 
@@ -86,7 +86,7 @@ class Recorder:
     Attributes:
         path: As given.
         node: The node. Other nodes control it by its services `~/pause`, `~/resume`, `~/toggle_paused`,
-            `~/is_paused`, `~/split_bagfile`, `~/snapshot` and `~/stop`.
+            `~/is_paused`, `~/split_bagfile`, `~/snapshot`, `~/stop` and `~/get_report`.
 
     Raises:
         InvalidNameError, InvalidUrlError and others: As `Node`.
@@ -292,6 +292,18 @@ class Recorder:
             queued_bytes=self._thread.queued_bytes,
         )
 
+    def document(self) -> dict[str, Any]:
+        """Return what has been done so far, and what is missing in the bag, as JSON has it.
+
+        Other nodes get it from the service `~/get_report`.
+        """
+        return {**asdict(self.statistics()), "losses": self._losses()}
+
+    def _losses(self) -> dict[str, dict[str, Any]]:
+        sources = self._follower.sources
+        counts = {name: each.topic.counts for name, each in sources.items()}
+        return losses_of(counts, {name: each.lost for name, each in sources.items()})
+
     # What happens meanwhile
 
     async def _supervised(self, coroutine: Any) -> None:
@@ -360,8 +372,7 @@ class Recorder:
         if self._thread.error is None:
             for each in sources.values():
                 await self._intake.drain(each)
-        counts = {name: each.topic.counts for name, each in sources.items()}
-        lost = {name: each.lost for name, each in sources.items()}
+        losses = self._losses()
         self._follower.close()
         self._lines.close()
-        await self._thread.close(losses_of(counts, lost))
+        await self._thread.close(losses)

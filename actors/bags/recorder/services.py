@@ -1,8 +1,9 @@
-"""The services of a recorder, with the names and types of ROS 2's recorder."""
+"""The services of a recorder, with the names and types of ROS 2's recorder, and a report as JSON."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+import json
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.bags.errors import BagError
 from actors.interfaces.rosbag2_interfaces.srv import (
@@ -14,6 +15,7 @@ from actors.interfaces.rosbag2_interfaces.srv import (
     Stop,
     TogglePaused,
 )
+from actors.interfaces.std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
     from actors.node.node import Node
@@ -30,6 +32,7 @@ class Controlled(Protocol):
     def stop(self) -> None: ...  # noqa: D102
     async def split(self) -> None: ...  # noqa: D102
     async def take_snapshot(self) -> int: ...  # noqa: D102
+    def document(self) -> dict[str, Any]: ...  # noqa: D102
 
 
 class RecorderServices:
@@ -49,6 +52,7 @@ class RecorderServices:
         node.create_service(TogglePaused, "~/toggle_paused", self._toggle)
         node.create_service(IsPaused, "~/is_paused", self._is_paused)
         node.create_service(Stop, "~/stop", self._stop)
+        node.create_service(Trigger, "~/get_report", self._report)
         node.create_service(SplitBagfile, "~/split_bagfile", self._split)
         if has_snapshots:
             node.create_service(Snapshot, "~/snapshot", self._snapshot)
@@ -71,6 +75,10 @@ class RecorderServices:
 
     def _stop(self, _: Stop.Request, response: Stop.Response) -> Stop.Response:
         self._recorder.stop()
+        return response
+
+    def _report(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = True, json.dumps(self._recorder.document())
         return response
 
     async def _split(self, _: SplitBagfile.Request, response: SplitBagfile.Response) -> SplitBagfile.Response:

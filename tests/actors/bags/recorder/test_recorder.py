@@ -33,6 +33,7 @@ from actors.interfaces.rosbag2_interfaces.srv import (
 )
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.interfaces.std_srvs.srv import Trigger
 from tests.actors.bags.recorder.recordings import files_of, messages_of
 from tests.actors.meeting import KEEP_ALL, Meeting, latched, until
 
@@ -216,7 +217,8 @@ async def test_a_topic_of_two_types_is_not_recorded(
 ) -> None:
     """A bag's topic has one type; a line says why it is missing."""
     nodes = [await meeting.node(name) for name in ("one", "two")]
-    for node, msg_type in zip(nodes, (String, Int32), strict=True):
+    types: list[type[Any]] = [String, Int32]
+    for node, msg_type in zip(nodes, types, strict=True):
         node.create_publisher(msg_type, "/mixed", 10)
     await meeting.settled(*nodes)
     async with recorder(meeting, tmp_path / "trip", "/mixed") as recording:
@@ -334,9 +336,16 @@ async def test_what_does_not_fit_into_the_memory_is_counted(
                 talker.publish(String(data=str(index)))
             await until(lambda: recording.statistics().received == 100)
             dropped = recording.statistics().dropped
+            report = await node.create_client(Trigger, "/bag_recorder/get_report").call(Trigger.Request())
         finally:
             StuckWriter.go_on.set()
     assert 80 < dropped < 100
+    answer = json.loads(report.message)
+    assert (answer["received"], answer["written"], answer["losses"]["/chatter"]["dropped"]) == (
+        100,
+        0,
+        dropped,
+    )
     assert texts(tmp_path / "trip") == [str(index) for index in range(100 - dropped)]
     with Reader(tmp_path / "trip") as bag:
         assert bag.summary().dropped == {"/chatter": dropped}
