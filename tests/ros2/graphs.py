@@ -99,12 +99,13 @@ async def report_until(node: actors.Node, condition: Callable[[Any], object]) ->
     return report
 
 
-async def refusal_of(node: actors.Node, name: str, reason: str) -> str:
-    """Wait until a bridge's report says that something does not cross for a reason; return the text."""
+async def wait_for_refusal(node: actors.Node, name: str, reason: str, *parts: str) -> None:
+    """Wait until a bridge's report says that something does not cross, in a text with some parts."""
 
-    def find(report: Any) -> list[str]:
-        return [
+    def is_right(report: Any) -> bool:
+        texts = [
             each["text"] for each in report["refusals"] if (each["name"], each["reason"]) == (name, reason)
         ]
+        return any(all(part in text for part in parts) for text in texts)
 
-    return find(await report_until(node, find))[0]
+    await report_until(node, is_right)

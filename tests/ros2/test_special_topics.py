@@ -13,7 +13,7 @@ from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Header
 from actors.parameters.types import Parameter
 from actors.qos.profile import DurabilityPolicy, QoSProfile
-from tests.ros2.graphs import POLL_SEC, endpoints_until, full_name, nodes_until, refusal_of
+from tests.ros2.graphs import POLL_SEC, endpoints_until, full_name, nodes_until, wait_for_refusal
 from tests.ros2.ros import WAIT_SEC
 from tests.waiting import until
 
@@ -87,8 +87,8 @@ async def test_a_second_clock_of_ros_does_not_cross(pair: Pair) -> None:
     received: list[int] = []
     first, second = [await pair.ros.node(f"{pair.name[1:]}_clock_{number}") for number in (1, 2)]
     publishers = [await each.publisher("/clock", Clock) for each in (first, second)]
-    text = await refusal_of(pair.here, "/clock", "second clock")
-    assert text == f"{first.name} publishes the time: the time of {second.name} does not cross"
+    text = f"{first.name} publishes the time: the time of {second.name} does not cross"
+    await wait_for_refusal(pair.here, "/clock", "second clock", text)
     pair.here.create_subscription(Clock, "/clock", lambda each: received.append(each.clock.sec), 10)
     for each in reversed(publishers):
         await each.matched()
@@ -109,9 +109,8 @@ async def test_clocks_of_both_sides_stay_there(pair: Pair) -> None:
     received: list[int] = []
     pair.here.create_subscription(Clock, "/clock", lambda each: received.append(each.clock.sec), 10)
     own = bare.create_publisher(Clock, "/clock", 10)
-    assert await refusal_of(pair.here, "/clock", "second clock") == (
-        "both sides publish the time: each side keeps its own"
-    )
+    text = "both sides publish the time: each side keeps its own"
+    await wait_for_refusal(pair.here, "/clock", "second clock", text)
     shown = await endpoints_until(pair.here, "publishers", "/clock", 1)
     assert [full_name(each) for each in shown] == [f"{pair.name}_clock"]
     [[node, *_]] = await pair.there.endpoints("/clock", "publishers", 1)
