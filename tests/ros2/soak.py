@@ -444,11 +444,15 @@ class Soak:
         publisher = observer.create_publisher(String, "/burst_there", 10)
         await publisher.wait_for_subscriptions()
         await subscription.matched()
+        # The gap behind a publisher's first message is counted, not one in front of it.
+        publisher.publish(String(data="first"))
+        while not await subscription.take_texts():
+            await asyncio.sleep(PERIOD_SEC)
         for number in range(BURST):
             publisher.publish(String(data=str(number)))
             if number % 100 == 0:
                 await asyncio.sleep(0)
-        published = BURST
+        published = BURST + 1
         counts: dict[str, Any] = {"received": 0, "lost": 0}
         # The gap before a message that arrives is known; so the last ones must arrive.
         for _ in range(LAST_MESSAGES):

@@ -25,7 +25,7 @@ from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.planning_budget import PlanningBudget
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.errors import SuspendedError
-from actors.bridges.ros2.importing import LEASE_SEC
+from actors.bridges.ros2.importing import MAX_PAUSE_SEC
 from actors.bridges.ros2.mirrors import Mirrors
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.participant import Participant
@@ -235,14 +235,18 @@ class Bridge:
         }
 
     async def _beat(self) -> None:
-        """Raise SuspendedError when the process has not run for longer than ROS 2 waits for it."""
+        """Raise SuspendedError when the bridge has not run for so long that ROS 2 may have dropped it.
+
+        It may have been suspended, or have waited in a function of ROS 2: Fast DDS waits for a lock in shared
+        memory that a killed process has held, a second at a time, and announces nothing meanwhile.
+        """
         while True:
             before = self._clock()
             await asyncio.sleep(BEAT_SEC)
             pause = self._clock() - before
-            if pause > LEASE_SEC:
+            if pause > MAX_PAUSE_SEC:
                 raise SuspendedError(
-                    f"The bridge was suspended for {pause:.0f} s, and ROS 2 has dropped it; it joins again"
+                    f"The bridge was suspended for {pause:.1f} s. ROS 2 may have dropped it: it joins again"
                 )
 
     async def _watch(self, watch: GraphWatch) -> None:

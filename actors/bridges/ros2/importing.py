@@ -32,6 +32,9 @@ LEASE_SEC: Final = 3
 """How long ROS 2 shows the bridge after it was killed. Fast DDS's own lease is 20 s."""
 ANNOUNCEMENT_SEC: Final = 1
 """How often the participant renews its lease: two may be lost."""
+MAX_PAUSE_SEC: Final = LEASE_SEC - ANNOUNCEMENT_SEC
+"""How long the bridge may not run: an announcement may have been due when the pause began. Processes that have
+dropped the bridge may miss endpoints of it afterwards, or get messages twice."""
 
 _QUEUE: Final = (
     "<topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>"
