@@ -418,8 +418,11 @@ class Soak:
         publisher = await node.publisher("/burst", String)
         await publisher.matched()
         await until(lambda: subscription.get_publisher_count() == 1)
+        # The gap behind a publisher's first message is counted, not one in front of it.
+        await publisher.publish(String(data="first"))
+        await until(lambda: received)
         await publisher.publish(*[String(data=str(number)) for number in range(BURST)])
-        published = BURST
+        published = BURST + 1
         # The gap before a message that arrives is known; so the last ones must arrive.
         while not received or received[-1] != "last":
             await publisher.publish(String(data="last"))
@@ -444,7 +447,6 @@ class Soak:
         publisher = observer.create_publisher(String, "/burst_there", 10)
         await publisher.wait_for_subscriptions()
         await subscription.matched()
-        # The gap behind a publisher's first message is counted, not one in front of it.
         publisher.publish(String(data="first"))
         while not await subscription.take_texts():
             await asyncio.sleep(PERIOD_SEC)

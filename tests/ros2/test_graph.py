@@ -176,3 +176,23 @@ async def test_a_node_of_ros_gives_way_to_an_unshared_one_that_comes_later(pair:
         pair.here.create_subscription(String, topic, lambda each: after.append(each.data), LATCHED)
         await until(lambda: after == ["map"])
         await pair.there.node_names(f"{node.name}_callboard")
+
+
+async def test_a_node_that_is_back_at_once_has_its_endpoints(pair: Pair) -> None:
+    """Its mirror has not gone yet, and ROS mixes up the endpoints of two nodes of one name in a process."""
+    topic, name = f"{pair.name}/numbers", f"{pair.name[1:]}_restarting"
+    subscription = await pair.there.subscription(topic, String)
+    for text in ("first", "second"):
+        node = pair.here.create_bare_node(name)
+        node.create_service(SetBool, f"{pair.name}/enable", lambda request, response: response)
+        publisher = node.create_publisher(String, topic, 10)
+        await pair.there.service_count(f"{pair.name}/enable", 1)
+        await publisher.wait_for_subscriptions()
+        while text not in await subscription.take_texts():
+            publisher.publish(String(data=text))
+        if text == "first":
+            node.destroy()
+            await pair.there.service_count(f"{pair.name}/enable", 0)  # a service does not linger
+    await subscription.matched()  # what lingers of the first one has gone
+    [(shown, *_)] = await pair.there.endpoints(topic, "publishers", 1)
+    assert shown == f"/{name}"

@@ -33,8 +33,8 @@ LEASE_SEC: Final = 3
 ANNOUNCEMENT_SEC: Final = 1
 """How often the participant renews its lease: two may be lost."""
 MAX_PAUSE_SEC: Final = LEASE_SEC - ANNOUNCEMENT_SEC
-"""How long the bridge may not run: an announcement may have been due when the pause began. Processes that have
-dropped the bridge may miss endpoints of it afterwards, or get messages twice."""
+"""How long the bridge may not run: an announcement may have been due when the pause began. Processes that
+have dropped the bridge may miss endpoints of it afterwards, or get messages twice."""
 
 _QUEUE: Final = (
     "<topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>"

@@ -25,9 +25,10 @@ if TYPE_CHECKING:
     from actors.bridges.graph import SideGraph
     from actors.bridges.plan import Mirror, Plan, SidePlan, Topic
     from actors.bridges.ros2.observer import Observer
-    from actors.bridges.ros2.participant import Participant
+    from actors.bridges.ros2.participant import Participant, RosNode
     from actors.bridges.ros2.types import Types
     from actors.bridges.rules import Rules
+    from actors.node.bare_node import BareNode
     from actors.node.node import Node
 
 STEPS: Final = 10
@@ -162,16 +163,12 @@ class Mirrors:
             self._hide(side, mirror, is_replaced=_keeps(mirror) and _original_of(mirror) in successors)
             await pace.step()
         for node in (side.nodes.keys() - wanted.nodes.keys()) | lost:
-            destroy = side.nodes.pop(node).destroy
-            if seconds := side.lingering.pop(node, 0.0):
-                asyncio.get_running_loop().call_later(seconds, destroy)
-            else:
-                destroy()
+            side.remove(node)
             await pace.step()
 
     async def _show_missing(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
         for node in sorted(wanted.nodes.keys() - side.nodes.keys()):
-            self._attempt(side.add, node)
+            self._attempt(side.show, node)
             await pace.step()
         for mirror in sorted(wanted.mirrors - side.shown.keys(), key=_order):
             if mirror.node in side.nodes:
@@ -284,14 +281,39 @@ class _Side:
         self.nodes: dict[str, Any] = {}
         self.shown: dict[Mirror, Any] = {}
         self.lingering: dict[str, float] = {}
+        self._leaving: dict[str, tuple[Any, asyncio.TimerHandle]] = {}
 
     @property
     def lost(self) -> set[str]:
         """The nodes that are not shown because others have their names, and must be made again."""
         return set()
 
-    def add(self, name: str) -> None:
-        """Show a node."""
+    def show(self, name: str) -> None:
+        """Show a node; the one that has not been destroyed yet, if there is one.
+
+        ROS 2 would give endpoints of a second node to the first one of the name in the process, and forget
+        them with it.
+        """
+        if name in self._leaving:
+            self.nodes[name], timer = self._leaving.pop(name)
+            timer.cancel()
+        else:
+            self.nodes[name] = self.make(name)
+
+    def remove(self, name: str) -> None:
+        """Hide a node, and destroy it once it can be."""
+        node, seconds = self.nodes.pop(name), self.lingering.pop(name, 0.0)
+        if seconds:
+            timer = asyncio.get_running_loop().call_later(seconds, self._leave, name)
+            self._leaving[name] = node, timer
+        else:
+            node.destroy()
+
+    def _leave(self, name: str) -> None:
+        self._leaving.pop(name)[0].destroy()
+
+    def make(self, name: str) -> Any:
+        """Return a new node."""
         raise NotImplementedError
 
 
@@ -307,10 +329,10 @@ class _CallboardSide(_Side):
         """The nodes that are not shown because others have their names, and must be made again."""
         return {name for name, node in self.nodes.items() if node.name_taken}
 
-    def add(self, name: str) -> None:
-        """Show a node."""
+    def make(self, name: str) -> BareNode:
+        """Return a new node."""
         namespace, base = split_node_name(name)
-        self.nodes[name] = self._owner.create_bare_node(
+        return self._owner.create_bare_node(
             base,
             namespace=namespace,
             labels=self._labels,
@@ -332,9 +354,9 @@ class _RosSide(_Side):
         super().__init__()
         self._participant = participant
 
-    def add(self, name: str) -> None:
-        """Show a node."""
-        self.nodes[name] = self._participant.mirror_node(name)
+    def make(self, name: str) -> RosNode:
+        """Return a new node."""
+        return self._participant.mirror_node(name)
 
 
 class _Pace:

@@ -244,6 +244,25 @@ async def test_what_ros_refuses_is_reported(between: Between) -> None:
     assert "there is no odd/msg/Odd" in str(between.bridge.document())
 
 
+async def test_a_node_that_is_back_has_the_mirror_that_lingers(between: Between) -> None:
+    """ROS 2 mixes up endpoints of two nodes of one name in one process: there is never a second one."""
+
+    def shown() -> int:
+        return sum(name == "/here" for name, _ in between.network.nodes)
+
+    between.native("/native", (SUBSCRIPTION, "/down", STRING))
+    for text in ("one", "two", "three"):
+        message = String(data=text)
+        publisher = between.here.create_publisher(String, "/down", 10)
+        await until(lambda: between.shown("ros2") == (1, 1))
+        assert shown() == 1
+        publisher.publish(message)
+        await until(lambda: cdr.encode(message) in between.network.published)  # noqa: B023 - called at once
+        publisher.destroy()
+        await until(lambda: between.shown("ros2") == (0, 0))
+    await until(lambda: not shown())
+
+
 async def test_what_ros_has_refused_is_tried_again(between: Between) -> None:
     """The reason may be gone, though neither graph has changed."""
     between.native("/native", (SUBSCRIPTION, "/down", STRING))
