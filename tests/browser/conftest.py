@@ -145,33 +145,47 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
 
-@pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def playwright() -> AsyncIterator[Playwright]:
-    """What starts browsers, for all tests of this worker."""
-    async with async_playwright() as started:
-        yield started
+class Chromium:
+    """The browser that the tests of a worker share: starting one takes a second of CPU.
+
+    Args:
+        playwright: Starts it.
+    """
+
+    def __init__(self, playwright: Playwright) -> None:
+        self._playwright = playwright
+        self._running: Browser | None = None
+
+    async def running(self) -> Browser:
+        """Return it; another one if it has ended."""
+        if self._running is None or not self._running.is_connected():
+            launch = self._playwright.chromium.launch
+            self._running = await launch(executable_path=CHROMIUM, args=list(FLAGS))
+        return self._running
+
+    async def close(self) -> None:
+        """End it."""
+        if self._running is not None:
+            await self._running.close()
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def browsers() -> AsyncIterator[list[Browser]]:
-    """The browser that tests of this worker share, if there is one: starting one takes a second of CPU."""
-    running: list[Browser] = []
-    yield running
-    for each in running:
-        await each.close()
+async def chromium() -> AsyncIterator[Chromium]:
+    """What tests of this worker share."""
+    async with async_playwright() as playwright:
+        shared = Chromium(playwright)
+        yield shared
+        await shared.close()
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def browser(playwright: Playwright, browsers: list[Browser]) -> AsyncIterator[Browser]:
-    """Chromium, without anything of earlier tests; another one if the earlier one has ended."""
-    if not browsers or not browsers[-1].is_connected():
-        launched = await playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        browsers[:] = [launched]
-    (chromium,) = browsers
+async def browser(chromium: Chromium) -> AsyncIterator[Browser]:
+    """Chromium, without anything of other tests."""
+    running = await chromium.running()
     try:
-        yield chromium
+        yield running
     finally:
-        for context in chromium.contexts:
+        for context in running.contexts:
             await context.close()
 
 
