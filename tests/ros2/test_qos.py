@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import actors
 from actors.interfaces.std_msgs.msg import String
-from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from actors.qos.profile import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from actors.time.types import Duration
-from tests.ros2.graphs import endpoints_until
+from proto.wire.codes import EntryKind
+from tests.ros2.graphs import endpoints_until, graph_until
+from tests.ros2.ros import WAIT_SEC
 from tests.waiting import until
 
 if TYPE_CHECKING:
+    from actors.graph.snapshot import GraphSnapshot
     from tests.ros2.conftest import Pair
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -21,6 +25,15 @@ PASSING = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifes
 """Latched, but not for ever."""
 AGAIN_SEC = 0.05
 """After which a message is published again that best effort may have lost."""
+TIMED = QoSProfile(
+    depth=10,
+    deadline=Duration(seconds=1),
+    lifespan=Duration(seconds=2_000),
+    liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+    liveliness_lease_duration=Duration(seconds=3),
+)
+TIMES = ["MANUAL_BY_TOPIC", 1_000_000_000, 2_000_000_000_000, 3_000_000_000]
+"""Its liveliness, deadline, lifespan and lease."""
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -123,6 +136,51 @@ async def test_reliable_and_best_effort_publishers_of_ros_share_a_topic(pair: Pa
             await asyncio.sleep(AGAIN_SEC)
     shown = await endpoints_until(pair.here, "publishers", topic, 1)
     assert shown[0].qos_profile.reliability in {ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT}
+
+
+async def test_a_mirror_here_promises_what_its_original_in_ros_does(pair: Pair) -> None:
+    """Deadline, lifespan, liveliness and lease, for events here, also of a publisher that is made again."""
+    topic = f"{pair.name}/timed"
+    plain = await pair.there.publisher(topic, String)
+    [shown] = await endpoints_until(pair.here, "publishers", topic, 1)
+    assert not shown.qos_profile.deadline.nanoseconds
+    await plain.destroy()
+    publisher = await pair.there.publisher(topic, String, TIMED)
+    await graph_until(pair.here, lambda graph: _times_of(graph, topic) == [TIMES])
+    received: list[str] = []
+    missed: list[object] = []
+    pair.here.create_subscription(
+        String, topic, lambda each: received.append(each.data), TIMED,
+        event_callbacks=actors.SubscriptionEventCallbacks(deadline=missed.append),
+    )  # fmt: skip
+    await publisher.matched()
+    await publisher.publish(String(data="last"))
+    await until(lambda: received and missed)
+
+
+async def test_a_mirror_in_ros_promises_what_its_original_here_does(pair: Pair) -> None:
+    """Deadline, lifespan, liveliness and lease, also of a publisher that is made again."""
+    topic = f"{pair.name}/timed_here"
+    await pair.there.subscription(topic, String)
+    plain = pair.here.create_publisher(String, topic, 10)
+    await pair.there.endpoints(topic, "publishers", 1)
+    plain.destroy()
+    pair.here.create_publisher(String, topic, TIMED)
+    async with asyncio.timeout(WAIT_SEC):
+        while await pair.there.ask("offered_times", topic) != [TIMES]:
+            await asyncio.sleep(AGAIN_SEC)
+
+
+def _times_of(snapshot: GraphSnapshot, topic: str) -> list[list[object]]:
+    """Return the liveliness, deadline, lifespan and lease of a topic's publishers."""
+    found = [each.qos_profile for each in snapshot.endpoints(EntryKind.PUBLISHER, topic)]
+    return [
+        [
+            qos.liveliness.name,
+            *(each.nanoseconds for each in (qos.deadline, qos.lifespan, qos.liveliness_lease_duration)),
+        ]
+        for qos in found
+    ]
 
 
 async def test_best_effort_of_callboard_is_shown_in_ros(pair: Pair) -> None:

@@ -486,6 +486,17 @@ def endpoints(node, topic, kind, count, seconds):
     )
 
 
+def offered_times(node, topic):
+    """Return the liveliness of a topic's publishers, and their deadlines, lifespans and leases in ns."""
+    return [
+        [
+            qos.liveliness.name,
+            *(each.nanoseconds for each in (qos.deadline, qos.lifespan, qos.liveliness_lease_duration)),
+        ]
+        for qos in (each.qos_profile for each in _made[node].get_publishers_info_by_topic(topic))
+    ]
+
+
 def count_services(node, name, count, seconds):
     """Wait until a service has so many servers; return how many it has."""
     counting = _made[node].count_services
