@@ -214,11 +214,10 @@ async def test_what_cannot_be_run_is_named(system: System) -> None:
         assert "Traceback" not in program.output
 
 
-@pytest.mark.parametrize("file", ["course_launch.py", "course.launch.xml"])
 async def test_a_package_is_installed_and_launched(
-    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str
+    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """pip installs it as it is; its launch file starts its programs in a namespace, and Ctrl-C stops them."""
+    """pip installs it as it is; its launch files start its programs in a namespace, and Ctrl-C stops them."""
     target = tmp_path / "target"
     source = shutil.copytree(PROGRAMS, tmp_path / "source")  # setuptools builds in its folder
     options = ("--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--target", str(target))
@@ -226,15 +225,16 @@ async def test_a_package_is_installed_and_launched(
     assert await pip.wait_for_exit() == 0, pip.output
     await system.broker()
     monkeypatch.setenv("PYTHONPATH", str(target))
-    launch = await system.python("-m", "actors", "launch", "--ros", "course_package", file)
-    await launch.wait_for_line("[ns1.minimal_publisher]: Publishing")
-    await launch.wait_for_line("[ns1.minimal_subscriber]: I heard")
-    client = await system.python(
-        *("-m", "actors", "run", "--ros", "course_package", "add_two_ints_client", "5", "3"),
-        *("--ros-args", "-r", "__ns:=/ns1"),
-    )
-    assert await client.wait_for_exit() == 0, client.output
-    assert "5 + 3 = 8" in client.output
-    launch.send_signal(signal.SIGINT)
-    assert await launch.wait_for_exit() == 0
-    assert "Traceback" not in launch.output
+    for file in ("course_launch.py", "course.launch.xml"):
+        launch = await system.python("-m", "actors", "launch", "--ros", "course_package", file)
+        await launch.wait_for_line("[ns1.minimal_publisher]: Publishing")
+        await launch.wait_for_line("[ns1.minimal_subscriber]: I heard")
+        client = await system.python(
+            *("-m", "actors", "run", "--ros", "course_package", "add_two_ints_client", "5", "3"),
+            *("--ros-args", "-r", "__ns:=/ns1"),
+        )
+        assert await client.wait_for_exit() == 0, client.output
+        assert "5 + 3 = 8" in client.output
+        launch.send_signal(signal.SIGINT)
+        assert await launch.wait_for_exit() == 0
+        assert "Traceback" not in launch.output
