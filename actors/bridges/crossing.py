@@ -157,19 +157,31 @@ class Crossing:
                 self._counts.drop("its publisher does not cross", count=len(publisher.held))
                 publisher.held = None
 
+    def retire_mirror(self, node: str, send: Callable[[bytes, int], None]) -> None:
+        """Let a mirror that goes send for the publishers only that it has sent for.
+
+        Another publisher of the node belongs to its next run, and its messages wait for the next mirror: what
+        is known of it must not be forgotten with this one.
+
+        Args:
+            node: The node.
+            send: Its mirror, as for `add_mirror`.
+        """
+        if self._mirrors.get(node) == send:
+            del self._mirrors[node]
+
     def remove_mirror(self, node: str, send: Callable[[bytes, int], None] | None = None) -> None:
         """Forget a node that has gone, with its publishers and their messages that wait.
 
         Args:
             node: The node.
-            send: Its mirror, as for `add_mirror`: nothing happens if the node is back and has another one.
-                None for whichever it has.
+            send: Its mirror, as for `add_mirror`, if only the publishers for which it sends have gone: the
+                node may be back, and has another one then.
         """
-        if send is not None and self._mirrors.get(node) != send:
-            return
-        self._mirrors.pop(node, None)
+        if send is None or self._mirrors.get(node) == send:
+            self._mirrors.pop(node, None)
         for gid, publisher in tuple(self._publishers.items()):
-            if publisher.node == node:
+            if publisher.node == node and (send is None or publisher.send == send):
                 self._forget(gid)
 
     def replace_mirror(self, node: str, send: Callable[[bytes, int], None] | None = None) -> None:

@@ -369,6 +369,8 @@ class TopicFromCallboard:
             publisher = self._publishers.pop(mirror)
             if is_replaced:
                 self._crossing.replace_mirror(mirror.source_node, publisher.publish)
+            else:
+                self._crossing.retire_mirror(mirror.source_node, publisher.publish)
             self._leaving.add(publisher)
             seconds = publisher.leave(partial(self._left, mirror.source_node, publisher))
             if not seconds:

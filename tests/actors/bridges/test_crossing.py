@@ -169,6 +169,26 @@ def test_a_mirror_that_goes_when_its_node_has_another_one_takes_nothing_with_it(
     assert side.sent == [("present", b"X", 0)]
 
 
+def test_a_node_that_is_back_before_its_mirror_has_gone_sends_each_message_once() -> None:
+    """What it publishes waits for the next mirror, and is known when another subscription brings it again."""
+    side = Side({A: "/a", OTHER: "/a"})
+    old, new = side.mirror("old"), side.mirror("new")
+    side.crossing.add_mirror("/a", old)
+    side.crossing.receive(b"first", A, 1, 0)
+    side.crossing.retire_mirror("/a", old)
+    side.crossing.receive(b"last", A, 2, 0)
+    side.crossing.receive(b"next", OTHER, 1, 0)
+    side.crossing.remove_mirror("/a", old)
+    side.crossing.receive(b"next", OTHER, 1, 0)
+    side.crossing.add_mirror("/a", new)
+    side.crossing.receive(b"more", OTHER, 2, 0)
+    assert [(node, data) for node, data, _ in side.sent] == [
+        *(("old", b"FIRST"), ("old", b"LAST")),
+        *(("new", b"NEXT"), ("new", b"MORE")),
+    ]
+    assert (side.counts.repeated, side.counts.dropped.total()) == (1, 0)
+
+
 def test_what_waits_for_a_mirror_that_will_never_be_leaves_by_another_way() -> None:
     """The last words of a node that has gone; a mirror that comes later sends what follows."""
     side = Side()
