@@ -135,6 +135,7 @@ def _types(name: str, text: str, text_format: str) -> dict[str, dict[str, FieldT
     """Return the fields of each type in a definition, and of standard types that it does not define."""
     if len(text) > MAX_DEFINITION_CHARS:
         raise InterfaceSyntaxError(name, 0, f"The definition has more than {MAX_DEFINITION_CHARS} characters")
+    _, kind, _ = _name_parts(name)
     own, *rest = _HEADING.split(text.replace("\r\n", "\n"))
     headed = [
         (full_type_name(heading.strip()), part) for heading, part in zip(rest[::2], rest[1::2], strict=True)
@@ -145,7 +146,7 @@ def _types(name: str, text: str, text_format: str) -> dict[str, dict[str, FieldT
     if text_format == ROS2MSG:
         headers = {each.partition("/")[0] for each, _ in headed if each.endswith("/msg/Header")}
         for each, part in (*headed, (name, own)):
-            types |= _parsed(each, part, name.split("/")[1], headers)
+            types |= _parsed(each, part, kind, headers)
     else:
         for each, part in headed:
             package, kind, word = _name_parts(each)

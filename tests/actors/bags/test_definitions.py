@@ -122,3 +122,11 @@ def test_hostile_definitions_are_refused(text: str, error: type[Exception], reas
     """Cycles, sizes without end and what is no definition are errors that say what is wrong."""
     with pytest.raises(error, match=reason):
         class_of_definition("lab_msgs/msg/A", text, ROS2MSG)
+
+
+@pytest.mark.parametrize("name", ["", "String", "a/b/c/d", "../msg/X", "a/", "std_msgs/msg/", "a/other/X"])
+@pytest.mark.parametrize("text", ["", "int32 x\n"])
+def test_what_is_no_type_name_is_refused(name: str, text: str) -> None:
+    """A name of another form is an InterfaceSyntaxError, with a definition and without."""
+    with pytest.raises(InterfaceSyntaxError):
+        class_of_definition(name, text, ROS2MSG)
