@@ -47,8 +47,8 @@ $(ROS2_READY): pyproject.toml | $(READY)
 WORKERS ?= auto
 TEST := $(BIN)/python -m pytest --numprocesses=$(WORKERS) --dist=worksteal
 
-# COVERAGE=1 measures the coverage of these tests, which run the code in their own process. It makes Python half as fast,
-# so the others run without it; both in their own workers, because a measurement that pauses loses threads for good.
+# COVERAGE=1 measures the coverage of these tests, which run the code in their own process; the others run without it, in
+# workers of their own (tests/measurement.py).
 # The others mostly wait for processes: with no more workers they end long after the measured ones.
 UNMEASURED_WORKERS ?= $(WORKERS)
 MEASURED := $(addprefix tests/,proto broker actors hostile)
@@ -61,7 +61,7 @@ test: $(READY) $(ROS2_READY)
 endif
 
 measured: $(READY)
-	@$(TEST) --cov --cov-report= $(MEASURED) $(PYTEST_FLAGS)
+	@MEASURE_COVERAGE=1 $(TEST) $(MEASURED) $(PYTEST_FLAGS)
 
 unmeasured: $(READY) $(ROS2_READY)
 	@$(TEST) --numprocesses=$(UNMEASURED_WORKERS) $(addprefix --ignore=,$(MEASURED)) $(PYTEST_FLAGS)

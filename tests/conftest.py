@@ -16,6 +16,9 @@ from typing import TYPE_CHECKING
 import hypothesis
 import pytest
 
+if "MEASURE_COVERAGE" in os.environ:
+    from tests import measurement  # before all that it measures
+
 from actors.config import environment
 from actors.logging.logger import get_logger  # the import sets the log's level, which `_process` remembers
 from actors.logging.severity import ROOT_NAME
@@ -87,6 +90,8 @@ def pytest_configure(config: pytest.Config) -> None:
     for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, handler)
+    if "MEASURE_COVERAGE" in os.environ:
+        config.pluginmanager.register(measurement.MEASUREMENT)
     hypothesis.settings.load_profile("nightly" if config.getoption("--nightly") else "short")
     # The second would show packages of ROS 2 that are installed on this machine.
     for name in (*environment.CHOOSING_VARIABLES, "AMENT_PREFIX_PATH"):
@@ -141,4 +146,4 @@ def _process() -> Iterator[None]:
     yield
     log.setLevel(level)
     finders[:] = before
-    assert sys.gettrace() is trace  # otherwise the coverage of all later tests is lost
+    assert sys.gettrace() is trace  # a debugger's

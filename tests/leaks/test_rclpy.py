@@ -1,7 +1,4 @@
-"""What rclpy programs make and destroy many times leaves nothing behind.
-
-Not among the tests whose coverage is measured: that keeps objects for each thread that has ever run.
-"""
+"""What rclpy programs make and destroy many times leaves nothing behind."""
 
 from __future__ import annotations
 

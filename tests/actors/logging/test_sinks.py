@@ -80,7 +80,7 @@ def test_a_removal_hides_no_other_sink() -> None:
         sys.settrace(look)
         return look
 
-    before = sys.gettrace()  # of the measurement of coverage
+    before = sys.gettrace()  # a debugger's
     sys.settrace(look)
     try:
         remove()
