@@ -93,8 +93,8 @@ def test_missing_definition_is_found_here_or_refused() -> None:
     assert class_of_definition("std_msgs/msg/Empty", "", ROS2MSG) is Empty
     assert class_of_definition("std_msgs/msg/Header", "", "") is Header
     assert class_of_definition("lab_msgs/msg/Nothing", "", ROS2MSG).__struct_fields__ == ()
-    with pytest.raises(UnknownInterfaceError, match="no definition of lab_msgs/msg/Other"):
-        class_of_definition("lab_msgs/msg/Other", "", "unknown")
+    with pytest.raises(UnknownInterfaceError, match="no definition of lab_msgs/msg/Unknown"):
+        class_of_definition("lab_msgs/msg/Unknown", "", "unknown")
 
 
 def test_standard_types_need_not_be_defined() -> None:
