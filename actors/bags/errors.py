@@ -16,6 +16,7 @@ import errno
 from typing import TYPE_CHECKING, Final
 
 from proto.errors import CallboardError
+from proto.extras import install_command
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,7 +71,7 @@ class MissingExtraError(BagError):
     """A package of the extra `bags` is not installed."""
 
     def __init__(self) -> None:
-        super().__init__("Bags need the extra 'bags': pip install 'callboard[bags]'")
+        super().__init__(f"Bags need more packages: {install_command('bags')}")
 
 
 def write_error(path: str | Path, error: OSError) -> BagWriteError:

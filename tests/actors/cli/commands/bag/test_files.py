@@ -15,6 +15,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.sensor_msgs.msg import CompressedImage
 from actors.interfaces.std_msgs.msg import String
+from proto.extras import install_command
 from tests.actors.bags.bags import CHATTER, START_NS, text, write_bag
 
 if TYPE_CHECKING:
@@ -221,4 +222,4 @@ def test_without_the_extra_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch,
     """If a package of the extra is missing, the error names the extra."""
     monkeypatch.setattr("actors.bags.extra.find_spec", lambda name: None)
     assert main(["bag", "info", "trip"]) == 1
-    assert capsys.readouterr().err == "Bags need the extra 'bags': pip install 'callboard[bags]'\n"
+    assert capsys.readouterr().err == f"Bags need more packages: {install_command('bags')}\n"
