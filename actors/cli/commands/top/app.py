@@ -92,6 +92,8 @@ class TopApp(App[None]):
             "nodes": RowsTable(NODES, sorted_by=0, id="nodes-table"),
             "services": RowsTable(SERVICES, sorted_by=0, id="services-table"),
         }
+        # Not queried: a sample may end while the screen is being removed.
+        self._lost = Static(id="lost")
         self._samples = Samples()
         self._snapshot = GraphSnapshot()
         self._seen: Overview | None = None
@@ -100,7 +102,7 @@ class TopApp(App[None]):
         """Make the widgets."""
         yield Static(id="target")
         yield Static(id="totals")
-        yield Static(id="lost")
+        yield self._lost
         with TabbedContent(initial="topics"):
             for pane, table in self._tables.items():
                 with TabPane(pane.capitalize(), id=pane):
@@ -124,17 +126,16 @@ class TopApp(App[None]):
 
     async def sample_now(self) -> bool:
         """Sample and show it; return whether there is a broker."""
-        banner = self.query_one("#lost", Static)
         try:
             sample = await self._source.sample()
         except BrokerUnreachable:
             text = (
                 f"The broker at {self._source.target} does not answer. These values are old; trying again ..."
             )
-            banner.update(text)
-            banner.add_class("open")
+            self._lost.update(text)
+            self._lost.add_class("open")
             return False
-        banner.remove_class("open")
+        self._lost.remove_class("open")
         self._snapshot = sample.snapshot
         self._seen = self._samples.add(sample)
         self._show()
