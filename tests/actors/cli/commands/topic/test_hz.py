@@ -335,7 +335,7 @@ async def test_delay_and_hz_leave_out_hostile_messages(desk: Desk) -> None:
         good = codec_for(Imu).encode(Imu())
 
         def publish() -> None:
-            for data in (b"\xff\xff", good):
+            for data in (b"\xff\xff", b"\xff\xff", good):
                 endpoint_of(publisher).collect(data)
 
         node.create_timer(0.01, publish)
