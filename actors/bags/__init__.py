@@ -23,6 +23,8 @@ with lazy_imports(__name__):
     from actors.bags.errors import InvalidBagError as InvalidBagError
     from actors.bags.errors import MissingExtraError as MissingExtraError
     from actors.bags.files import Order as Order
+    from actors.bags.player.options import PlayerOptions as PlayerOptions
+    from actors.bags.player.player import Player as Player
     from actors.bags.reader import BagSummary as BagSummary
     from actors.bags.reader import Reader as Reader
     from actors.bags.recorder.options import RecorderOptions as RecorderOptions

@@ -134,6 +134,11 @@ class Schedule:
         ahead_ns = max(0, time_ns - self._anchor_time_ns)
         return self._anchor_ns + (ahead_ns if self.rate == 1.0 else math.ceil(ahead_ns / self.rate))
 
+    @property
+    def steps(self) -> int:
+        """How many messages are due whatever the time is."""
+        return self._steps
+
     def played(self, time_ns: int) -> None:
         """Note that a message has been published.
 
@@ -153,10 +158,9 @@ class Schedule:
         if self.is_paused:
             self._steps += count
 
-    def forget_steps(self) -> int:
-        """Make nothing due but by time; return how many messages that were due have not been played."""
-        left, self._steps = self._steps, 0
-        return left
+    def forget_steps(self) -> None:
+        """Make nothing due but by time."""
+        self._steps = 0
 
     def pause(self, now_ns: int) -> None:
         """Hold the time of the bag.

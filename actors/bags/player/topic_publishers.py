@@ -1,0 +1,133 @@
+"""The publishers of a player: one for each name, and that of the clock."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bags.player.playing_qos import playing_qos
+from actors.bags.player.schedule import NS_PER_SEC
+from actors.endpoints.publisher.publisher import MAX_STAMP_NS
+from actors.errors import PublisherRefused, WaitTimeout
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
+
+if TYPE_CHECKING:
+    from actors.bags.player.bag_source import BagSource
+    from actors.bags.player.options import PlayerOptions
+    from actors.bags.player.played_topic import PlayedTopic, QueuedMessage
+    from actors.endpoints.publisher.publisher import Publisher
+    from actors.node.node import Node
+
+CLOCK_TOPIC: Final = "/clock"
+CLOCK_QOS: Final = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+MAX_SEC: Final = 2**31 - 1
+"""The latest second of a time in messages."""
+
+
+class TopicPublishers:
+    """Publishes the messages of a bag.
+
+    Args:
+        node: The player's node.
+        source: The topics; what cannot be played is added to its problems, and logged once.
+        options: Names, QoS and clock.
+    """
+
+    def __init__(self, node: Node, source: BagSource, options: PlayerOptions) -> None:
+        self._node = node
+        self._source = source
+        self._options = options
+        self._log = node.get_logger()
+        self._publishers: dict[str, Publisher[Any]] = {}
+        """By the name that they publish on."""
+        self._refused: set[str] = set()
+        self._clock: Publisher[Clock] | None = None
+        for problem in source.problems:
+            self._log.warning(problem)
+        for topic in source.topics:
+            self._create(topic)
+        if options.publishes_clock:
+            self._clock = node.create_publisher(Clock, CLOCK_TOPIC, CLOCK_QOS)
+
+    def _create(self, topic: PlayedTopic) -> None:
+        """Make the publisher of a topic, or say why it is not played."""
+        name = self._name_of(topic)
+        found = self._publishers.get(name)
+        if found is None:
+            merged = [each for each in self._source.topics if self._name_of(each) == name]
+            qos = self._options.qos_overrides.get(topic.name) or playing_qos(
+                qos for each in merged for qos in each.bag_topic.qos_profiles
+            )
+            try:
+                found = self._node.create_publisher(topic.msg_type, name, qos)
+            except (CallboardError, TypeError, ValueError) as error:
+                self._report(f"'{escape(topic.name)}' is not played: {error}")
+                return
+            self._publishers[name] = found
+        elif found.msg_type is not topic.msg_type:
+            self._report(
+                f"A part of '{escape(topic.name)}' is not played: it has another type,"
+                f" {escape(topic.bag_topic.type_name)}, than the rest; a topic has one type"
+            )
+            return
+        topic.publisher = found
+
+    def _name_of(self, topic: PlayedTopic) -> str:
+        return self._options.remappings.get(topic.name, topic.name)
+
+    def _report(self, problem: str) -> None:
+        self._source.problems.append(problem)
+        self._log.warning(problem)
+
+    @property
+    def dropped(self) -> int:
+        """Messages that did not leave the node."""
+        return sum(each.dropped for each in self._publishers.values())
+
+    async def publish(self, message: QueuedMessage) -> None:
+        """Publish a message as soon as its publisher has room: late, rather than not at all.
+
+        Args:
+            message: It.
+        """
+        topic, data, time_ns, publish_time_ns = message
+        publisher, clock_topics = topic.publisher, self._options.clock_topics
+        assert publisher is not None
+        try:
+            await publisher.ready(None)
+            if clock_topics is None or topic.name in clock_topics:
+                self.publish_clock(time_ns)
+            publisher.publish_encoded(data, min(publish_time_ns, MAX_STAMP_NS))
+            topic.published += 1
+        except PublisherRefused as error:
+            if topic.name not in self._refused:
+                self._refused.add(topic.name)
+                self._report(str(error))
+
+    def publish_clock(self, time_ns: int) -> None:
+        """Publish the time of the bag, if the player is a source of it.
+
+        Args:
+            time_ns: It.
+        """
+        if self._clock is not None:
+            sec, nanosec = divmod(time_ns, NS_PER_SEC)
+            self._clock.publish(Clock(clock=Time(sec=min(sec, MAX_SEC), nanosec=nanosec)))
+
+    async def flush(self, limit_sec: float | None) -> None:
+        """Wait until everything has reached the broker; log what has not.
+
+        Args:
+            limit_sec: Seconds to wait at most; None for no limit.
+        """
+        loop = asyncio.get_running_loop()
+        end = loop.time() + (limit_sec or 0)
+        for publisher in self._publishers.values():
+            try:
+                await publisher.flush(None if limit_sec is None else max(end - loop.time(), 0.0))
+            except (WaitTimeout, PublisherRefused) as error:
+                self._log.warning(str(error))
