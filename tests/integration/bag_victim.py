@@ -41,11 +41,11 @@ async def main(bag: str, seconds: float) -> None:
                 number += 1
             await asyncio.sleep(0.005)
             flushed = recorder.statistics().flushed
-            if flushed and not reported:
-                threading.Timer(seconds, partial(os.kill, os.getpid(), signal.SIGKILL)).start()
             if flushed != reported:
-                reported = flushed
                 os.write(1, b"%d\n" % flushed)
+                if not reported:  # after the first line: the moment may be at once
+                    threading.Timer(seconds, partial(os.kill, os.getpid(), signal.SIGKILL)).start()
+                reported = flushed
 
 
 if __name__ == "__main__":
