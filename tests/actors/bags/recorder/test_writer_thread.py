@@ -151,7 +151,7 @@ async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
     assert "flush" not in desk.bag.done
     desk.now = FLUSH_SEC
     desk.put(3)
-    await until(lambda: desk.thread.flushed == 3)
+    await until(lambda: desk.thread.flushed >= 2)  # the thread may look at its clock before the third comes
     assert "flush" in desk.bag.done
     await desk.thread.close({})
 
