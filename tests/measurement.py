@@ -37,7 +37,8 @@ class _Loader(SourceFileLoader):
 
     def get_code(self, fullname: str) -> CodeType:
         tree = preinstrument(ast.parse(self.get_data(self.path)))
-        code: CodeType = self._slipcover.instrument(compile(tree, self.path, "exec"))
+        # Otherwise the code would have the future statements of this module, too.
+        code: CodeType = self._slipcover.instrument(compile(tree, self.path, "exec", dont_inherit=True))
         return code
 
 
@@ -63,6 +64,11 @@ class _Finder:
 def _places(slipcover: Slipcover, seen: _Places) -> tuple[_Places, _Places, _Places]:
     """Return what has run, and what could have: lines and branches, by files."""
     return seen, slipcover.code_lines, slipcover.code_branches
+
+
+def _copy(places: _Places) -> _Places:
+    """Return what can be walked through while a thread that a test has left still runs code."""
+    return {path: places[path].copy() for path in tuple(places)}
 
 
 class Measurement:
@@ -94,7 +100,7 @@ class Measurement:
         """Send what has run, or write the report and fail below the limit."""
         output = getattr(session.config, "workeroutput", None)
         if output is not None:
-            output["measured"] = [dict(each) for each in _places(self._here, self._here.newly_seen)]
+            output["measured"] = [_copy(each) for each in _places(self._here, self._here.newly_seen)]
             return
         self._add(*_places(self._here, self._here.newly_seen))
         coverage = self._all.get_coverage()
