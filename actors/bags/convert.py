@@ -7,9 +7,8 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from actors.bags.definitions import canonical_definition, definition_text
+from actors.bags.definitions import canonical_definition, definition_text, has_stated_hash
 from actors.bags.records import CDR
-from actors.interfaces.message import type_hash
 from proto.errors import CallboardError
 from proto.wire.type_hash import hash_of
 
@@ -87,13 +86,8 @@ def completed(topic: BagTopic) -> BagTopic:
     try:
         if not topic.definition_format:
             cls = topic.message_class()
-            return replace(
-                topic,
-                definition=definition_text(cls),
-                definition_format="ros2msg",
-                type_hash=topic.type_hash or type_hash(cls),
-            )
-        if not topic.type_hash:
+            topic = replace(topic, definition=definition_text(cls), definition_format="ros2msg")
+        if not topic.type_hash and has_stated_hash(topic.type_name):
             found = canonical_definition(topic.type_name, topic.definition, topic.definition_format)
             return replace(topic, type_hash=hash_of(found))
     except CallboardError:  # it stays as it is: what it lacks is nowhere

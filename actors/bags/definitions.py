@@ -75,6 +75,18 @@ def _short(name: str) -> str:
     return f"{package}/{word}"
 
 
+def has_stated_hash(name: str) -> bool:
+    """Return whether a bag states the hash of a type: it does not for the parts of services and actions.
+
+    Those are no messages for many readers, which know other names for them. rosbags compares hashes when it
+    opens a bag, and so could not read any topic of a bag with a service.
+
+    Args:
+        name: The type's name, with three parts.
+    """
+    return "/msg/" in name
+
+
 def full_type_name(name: str) -> str:
     """Return a type name with three parts, as "std_msgs/msg/String" for "std_msgs/String".
 

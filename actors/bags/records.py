@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from actors.bags.definitions import ROS2MSG, class_of_definition, definition_text
+from actors.bags.definitions import ROS2MSG, class_of_definition, definition_text, has_stated_hash
 from actors.interfaces import cdr
 from actors.interfaces.message import type_hash, type_name
 
@@ -53,8 +53,9 @@ class BagTopic:
             msg_type: The class; its definition is written from its fields.
             qos_profiles: What its publishers offer.
         """
-        text = definition_text(msg_type)
-        return cls(name, type_name(msg_type), text, ROS2MSG, type_hash(msg_type), tuple(qos_profiles))
+        full_name = type_name(msg_type)
+        found = type_hash(msg_type) if has_stated_hash(full_name) else ""
+        return cls(name, full_name, definition_text(msg_type), ROS2MSG, found, tuple(qos_profiles))
 
     @property
     def key(self) -> tuple[str, str, str]:

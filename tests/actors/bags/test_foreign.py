@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as McapRos2Writer
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Reader as RosbagsReader
@@ -22,7 +23,10 @@ from actors.bags.convert import convert
 from actors.bags.qos_lists import qos_text
 from actors.interfaces import cdr
 from actors.interfaces.catalog import interfaces_of, standard_packages
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.fields import fields_of
+from actors.interfaces.message import type_name
 from actors.interfaces.registry import find_interface
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
@@ -97,6 +101,26 @@ def test_all_standard_types_are_read_by_other_libraries(tmp_path: Path) -> None:
             add_types(store, connection.msgdef.data, connection.msgtype)
             theirs = store.deserialize_cdr(data, connection.msgtype)
             assert same(expected[index], theirs), connection.msgtype
+
+
+def test_other_libraries_read_topics_beside_services_and_actions(tmp_path: Path) -> None:
+    """The types of their events have names that these libraries do not know; other topics are readable."""
+    action = Fibonacci.Impl
+    classes = [String, AddTwoInts.Event, action.FeedbackMessage, action.GetResultService.Event]
+    with Writer(tmp_path / "bag") as bag:
+        for index, cls in enumerate(classes):
+            number = bag.add_topic(BagTopic.of_class(f"/topic{index}", cls))
+            bag.write(number, cdr.encode(cls()), START_NS + index, START_NS)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert [each.topic for each, _, _ in reader.messages()] == [f"/topic{index}" for index in range(4)]
+        texts = [each for each in reader.connections if each.topic == "/topic0"]
+        (found,) = [reader.deserialize(data, each.msgtype) for each, _, data in reader.messages(texts)]
+        assert found.data == ""
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/topic0"])
+        assert [message.data for *_, message in decoded] == [""]
+    with Reader(tmp_path / "bag") as bag:
+        assert [type_name(type(each.decoded())) for each in bag.messages()] == list(map(type_name, classes))
 
 
 def add_types(store: Typestore, definition: str, name: str) -> None:
