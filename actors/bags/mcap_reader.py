@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 CACHED_BYTES: Final = 256 * 1024 * 1024
 """Chunks that are kept while their messages are merged: in files in which time goes back."""
 
+MAX_OPEN_MESSAGES: Final = 50_000_000
+"""Messages of chunks that overlap, whose times and places are held at once, 20 bytes of each. Compressed, a
+few kilobytes can have millions of them."""
+
 
 class McapFile:
     """An MCAP file that is open for reading: a `BagFile`.
@@ -122,10 +126,16 @@ class McapFile:
         cache = _ChunkCache(self._frames.chunk_data)
         heap: list[tuple[int, int, int]] = []
         open_chunks: dict[int, Entries] = {}
+        open_messages = 0
         while heap or following is not None:
             while following is not None and (not heap or following.start_ns <= heap[0][0]):
                 offset = following.offset
                 entries = self._reader.entries(cache.get(offset), offset, summary).chosen(numbers, chosen)
+                open_messages += len(entries.times)
+                if open_messages > MAX_OPEN_MESSAGES:
+                    self._frames.fail(
+                        offset, f"more than {MAX_OPEN_MESSAGES:,} messages are in chunks whose times overlap"
+                    )
                 if entries.times:
                     open_chunks[offset] = entries = entries.by_time()
                     heapq.heappush(heap, (entries.times[0], offset, 0))
@@ -148,6 +158,7 @@ class McapFile:
                 heapq.heappush(heap, (times[stop], offset, stop))
             else:
                 cache.drop(offset)
+                open_messages -= len(times)
                 del open_chunks[offset]
 
     def _unchunked(

@@ -31,6 +31,10 @@ MAX_DEFINITIONS_BYTES: Final = 256 * 1024 * 1024
 MAX_INDEX_BYTES: Final = 512 * 1024 * 1024
 """Chunk indexes that are kept: those of some 500,000 chunks."""
 ENDS_EARLY: Final = "its end is missing: its recorder was killed, or the file was cut"
+_INDEXED: Final = frozenset(
+    {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX}
+)
+"""What is read of a summary."""
 _CHUNK_INDEX: Final = struct.Struct("<QQQQI")
 _INDEX_OFFSET: Final = struct.Struct("<HQ")
 _FOOTER_BYTES: Final = 20
@@ -182,6 +186,8 @@ class SummaryReader:
 
     def _index(self, record: Record, summary: Summary) -> None:
         """Add what a record of the summary section says."""
+        if record.opcode not in _INDEXED:  # of any size
+            return
         content = self._frames.content(record)
         match record.opcode:
             case Opcode.SCHEMA:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import shutil
+import struct
+import tracemalloc
 from typing import TYPE_CHECKING
 
 import pytest
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as ForeignWriter
 
-from actors.bags import BagNotFoundError, BagTopic, InvalidBagError, Reader, Writer
+from actors.bags import BagNotFoundError, BagTopic, InvalidBagError, Reader, Writer, mcap_reader
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.bags.bags import CHATTER, COUNT, START_NS, text, write_bag
 
@@ -198,6 +200,38 @@ def test_a_chunk_beyond_the_limit_is_refused(tmp_path: Path, compression: str) -
     path.write_bytes(data)
     with Reader(path) as bag, pytest.raises(InvalidBagError, match="more than 50,000 bytes"):
         list(bag.messages())
+
+
+def test_what_a_summary_has_besides_is_not_read(tmp_path: Path) -> None:
+    """A record of an unknown kind may state any length that the file has: a sparse file has much."""
+    path = foreign_file(tmp_path / "bag.mcap", [1, 2])
+    whole, size = path.read_bytes(), 64 * 1024 * 1024
+    end = len(whole) - 37  # the footer and the magic
+    with path.open("wb") as file:
+        file.write(whole[:end] + struct.pack("<BQ", 0x80, size))
+        file.seek(size, 1)
+        file.write(whole[end:])
+    tracemalloc.start()
+    try:
+        with Reader(path) as bag:
+            assert bag.summary().message_count == 2
+        assert tracemalloc.get_traced_memory()[1] < size // 4
+    finally:
+        tracemalloc.stop()
+
+
+def test_chunks_that_overlap_without_end_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is held of all of them at once has a limit; a chunk that has been read no longer counts."""
+    monkeypatch.setattr(mcap_reader, "MAX_OPEN_MESSAGES", 4)
+    overlapping = foreign_file(tmp_path / "overlapping.mcap", [0, 9] * 3, chunk_size=1)
+    sorted_file = foreign_file(tmp_path / "sorted.mcap", list(range(20)), chunk_size=1)
+    with Reader(sorted_file) as bag:
+        assert times_of(bag) == list(range(20))
+    with Reader(overlapping) as bag:
+        assert len(times_of(bag)) == 6
+    whole = foreign_file(tmp_path / "whole.mcap", [0, 9] * 3)
+    with Reader(whole) as bag, pytest.raises(InvalidBagError, match="whose times overlap"):
+        times_of(bag)
 
 
 def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
