@@ -1,6 +1,6 @@
 """How fast a recorder writes what comes through a broker, next to `mcap`'s own writer fed from memory.
 
-    pip install 'callboard[bags]'
+    pip install -e '.[bags]'
     python benchmarks/bags.py
 
 The broker and the publisher are processes of their own; the recorder, which is lossless, is in this one. Both

@@ -128,6 +128,8 @@ class Writer:
             self._options["chunk_size"] = chunk_size
         self._custom_data = dict(custom_data or {})
         self._losses: dict[str, int] = {}
+        self._refused: defaultdict[str, int] = defaultdict(int)
+        """Messages for which the next file could not be begun, by topic."""
         self._details: dict[str, Any] = {}
         self._topics: list[_Topic] = []
         self._numbers: dict[tuple[str, str, str], int] = {}
@@ -137,7 +139,7 @@ class Writer:
         self.reordered = 0
         self._last_ns = 0
         self._file_start_ns: int | None = None
-        self._is_closed = False
+        self._is_closed = self._is_file_finished = False
         try:
             self.path.mkdir(parents=True)
         except FileExistsError:
@@ -218,7 +220,11 @@ class Writer:
         elif (self._max_bytes and self._file.size >= self._max_bytes) or (
             self._max_ns and log_time_ns - self._file_start_ns >= self._max_ns
         ):
-            self.split()
+            try:
+                self.split()
+            except BaseException:
+                self._refused[self._topics[number].topic.name] += 1
+                raise
             self._file_start_ns = log_time_ns
         topic = self._topics[number]
         if latched_key is not None and topic.is_latched:
@@ -245,6 +251,7 @@ class Writer:
             oldest = self._closed.pop(0)
             (self.path / oldest.summary.path).unlink(missing_ok=True)
         self._file = self._open_file()
+        self._is_file_finished = False
         self._file_start_ns = None
         for each in self._topics:
             each.channel = self._file.add_topic(each.topic)
@@ -265,7 +272,7 @@ class Writer:
     def lost(self) -> dict[str, int]:
         """Return the messages that were given to `write` and are in no file, by topic: the disk was full."""
         numbers = {each.channel: each.topic.name for each in self._topics}
-        found: defaultdict[str, int] = defaultdict(int)
+        found = defaultdict(int, self._refused)
         for channel, count in self._file.lost.items():
             found[numbers[channel]] += count
         return dict(found)
@@ -285,7 +292,10 @@ class Writer:
             self._write_metadata()
 
     def _finish_file(self) -> None:
-        """Close the file, and remember what it has."""
+        """Close the file, and remember what it has; after a failure, once and not again."""
+        if self._is_file_finished:
+            return
+        self._is_file_finished = True
         file = self._file
         try:
             file.flush()

@@ -168,7 +168,7 @@ class Intake:
     async def drain(self, source: Source) -> None:
         """Take what waits now in a subscription that is going to end."""
         left = source.subscription.queued
-        while left and self._thread.error is None:
+        while left:
             if self._lossless and not self._has_room:
                 room = asyncio.Event()
                 self._thread.when_room(room.set)

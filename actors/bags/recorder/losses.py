@@ -70,14 +70,15 @@ class TopicCounts:
     Attributes:
         received: Messages that arrived while nothing was paused.
         written: Messages in the bag.
-        dropped: Messages that arrived and found the queue full, or were still in it when the writer failed.
+        dropped: Messages that arrived and found the queue full.
+        unwritten: Messages that were in the queue when the writer failed, or arrived later.
         invalid: Messages that are none of the topic's type, so that they cannot be written.
     """
 
-    __slots__ = ("_before", "_publishers", "dropped", "invalid", "received", "written")
+    __slots__ = ("_before", "_publishers", "dropped", "invalid", "received", "unwritten", "written")
 
     def __init__(self) -> None:
-        self.received = self.written = self.dropped = self.invalid = 0
+        self.received = self.written = self.dropped = self.unwritten = self.invalid = 0
         self._publishers: dict[bytes, PublisherLosses] = {}
         self._before = 0
         """Messages that subscriptions which have gone had lost."""
@@ -122,14 +123,15 @@ class TopicCounts:
         Args:
             lost: As `lost` returns it.
         """
-        if not (lost or self.dropped or self.invalid):
+        dropped = self.dropped + self.unwritten
+        if not (lost or dropped or self.invalid):
             return {}
         publishers: dict[str, dict[str, Any]] = {}
         for each in self._publishers.values():
             if each.lost or each.dropped:
                 name = each.node if each.node not in publishers else f"{each.node} ({len(publishers) + 1})"
                 publishers[name] = each.document()
-        return {"lost": lost, "dropped": self.dropped, "invalid": self.invalid, "publishers": publishers}
+        return {"lost": lost, "dropped": dropped, "invalid": self.invalid, "publishers": publishers}
 
 
 def losses_of(counts: Mapping[str, TopicCounts], lost: Mapping[str, int]) -> dict[str, dict[str, Any]]:

@@ -27,7 +27,8 @@ class RecordedTopic:
 
     Attributes:
         bag_topic: It, as the bag has it.
-        counts: What has become of its messages. `written` and `invalid` are the writer's thread's.
+        counts: What has become of its messages. The writer's thread alone changes `written`, `unwritten` and
+            `invalid`.
         is_latched: Whether a late subscription gets the newest messages: each file of the bag has them, too.
         number: Its number in the bag; set by the writer's thread.
         problem: Why the newest message that could not be written is none of the type.

@@ -12,6 +12,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, Unpack
 
@@ -32,6 +33,7 @@ from actors.node.node import Node
 from proto.aio.tasks import cancel_and_wait
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
     from actors.graph.changes import GraphWatch
@@ -56,7 +58,7 @@ class RecordingStatistics:
         written: Messages in the bag.
         flushed: Those that survive a kill of the process: all that are older than half a second.
         lost: Messages that did not arrive.
-        dropped: Messages that arrived and found the memory full.
+        dropped: Messages that arrived and found the memory full, or a bag that could not be written any more.
         invalid: Messages that are none of their topic's type.
         queued_bytes: What waits in memory for the disk.
     """
@@ -149,7 +151,11 @@ class Recorder:
         try:
             await self._thread.open()
         except BaseException as error:
-            await self.node.__aexit__(type(error), error, error.__traceback__)
+            # Whoever is cancelled meanwhile leaves no thread that keeps the bag open.
+            try:
+                await self._thread.close(dict)
+            finally:
+                await self.node.__aexit__(type(error), error, error.__traceback__)
             raise
         watch = self.node.watch_graph()
         looked: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -276,7 +282,7 @@ class Recorder:
         total: Counter[str] = Counter()
         for each in sources.values():
             counts = each.topic.counts
-            for name in ("received", "written", "dropped", "invalid"):
+            for name in ("received", "written", "dropped", "unwritten", "invalid"):
                 total[name] += getattr(counts, name)
             total["lost"] += each.lost
         return RecordingStatistics(
@@ -287,7 +293,7 @@ class Recorder:
             written=total["written"],
             flushed=self._thread.flushed,
             lost=total["lost"],
-            dropped=total["dropped"],
+            dropped=total["dropped"] + total["unwritten"],
             invalid=total["invalid"],
             queued_bytes=self._thread.queued_bytes,
         )
@@ -300,9 +306,13 @@ class Recorder:
         return {**asdict(self.statistics()), "losses": self._losses()}
 
     def _losses(self) -> dict[str, dict[str, Any]]:
+        return self._losses_later()()
+
+    def _losses_later(self) -> Callable[[], dict[str, dict[str, Any]]]:
+        """Return what counts the losses, for when everything is written: no messages arrive until then."""
         sources = self._follower.sources
         counts = {name: each.topic.counts for name, each in sources.items()}
-        return losses_of(counts, {name: each.lost for name, each in sources.items()})
+        return partial(losses_of, counts, {name: each.lost for name, each in sources.items()})
 
     # What happens meanwhile
 
@@ -369,10 +379,11 @@ class Recorder:
         for task in self._tasks:
             await cancel_and_wait(task)
         sources = self._follower.sources
-        if self._thread.error is None:
-            for each in sources.values():
-                await self._intake.drain(each)
-        losses = self._losses()
+        # Also after an error: what has arrived is counted.
+        for each in list(sources.values()):
+            await self._intake.drain(each)
+        losses = self._losses_later()
         self._follower.close()
+        self._intake.hand_over()
         self._lines.close()
         await self._thread.close(losses)

@@ -17,13 +17,13 @@ from operator import itemgetter
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from actors.bags.errors import BagWriteError
+from actors.bags.errors import BagError, BagWriteError
 from actors.bags.recorder.buffers import FLUSH_SEC, FlushPlan
 from actors.interfaces.errors import InvalidMessageError
 from proto.untrusted_text import peer_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from actors.bags.recorder.buffers import QueuedMessage
@@ -58,7 +58,7 @@ class BagWriter(Protocol):
         *,
         latched_key: bytes | None = None,
     ) -> None:
-        """Write a message."""
+        """Write a message; one that cannot be written is counted by the bag."""
         ...
 
     def flush(self) -> None:
@@ -118,7 +118,8 @@ class WriterThread:
         self._file = ""
         self._opened: asyncio.Future[None] = self._loop.create_future()
         self._ended: asyncio.Future[None] = self._loop.create_future()
-        self._losses: Mapping[str, Mapping[str, Any]] = {}
+        self._losses: Callable[[], Mapping[str, Mapping[str, Any]]] = dict
+        self._is_ending = False
         self.error: Exception | None = None
         self._written = self.flushed = 0
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
@@ -179,13 +180,16 @@ class WriterThread:
         """
         await self._call(self._flush)
 
-    async def close(self, losses: Mapping[str, Mapping[str, Any]]) -> None:
+    async def close(self, losses: Callable[[], Mapping[str, Mapping[str, Any]]]) -> None:
         """Write everything that is queued, complete the bag, and end the thread.
 
         Args:
-            losses: What is missing in the bag, by topic.
+            losses: Returns what is missing in the bag, by topic; called in the thread, when all is written.
         """
         self._losses = losses
+        self._is_ending = True
+        if self._thread.ident is None:  # it could not be started
+            return
         self._queue.put(None)
         await asyncio.shield(self._ended)
         self._thread.join()
@@ -193,6 +197,8 @@ class WriterThread:
     async def _call(self, function: Callable[[BagWriter], None]) -> None:
         if self.error is not None:
             raise self.error
+        if self._is_ending:
+            raise BagError("The recording has ended")
         done: asyncio.Future[None] = self._loop.create_future()
 
         def call(bag: BagWriter) -> None:
@@ -251,27 +257,29 @@ class WriterThread:
 
     def _close(self, bag: BagWriter) -> None:
         try:
-            totals = {
-                name: each["lost"] + each["dropped"] + each["invalid"] for name, each in self._losses.items()
-            }
-            bag.set_losses(totals, self._losses)
+            losses = self._losses()
+            totals = {name: each["lost"] + each["dropped"] + each["invalid"] for name, each in losses.items()}
+            bag.set_losses(totals, losses)
             bag.close()
         except Exception as error:  # noqa: BLE001 - as in `_step`
             self._failed(error)
 
     def _write(self, messages: Sequence[QueuedMessage], size: int, bag: BagWriter) -> None:
+        # Each topic's messages come together; files are in the order of reception.
+        left = iter(sorted(messages, key=itemgetter(0)))
         try:
             if self.error is None:
-                self._write_all(messages, bag)
+                self._write_all(left, bag)
         finally:
+            for each in left:  # the writer has failed
+                each.topic.counts.unwritten += 1
             self._taken_bytes += size
             if self._waiting:
                 self._tell(self._tell_room)
 
-    def _write_all(self, messages: Sequence[QueuedMessage], bag: BagWriter) -> None:
-        # Each topic's messages come together; files are in the order of reception.
+    def _write_all(self, messages: Iterator[QueuedMessage], bag: BagWriter) -> None:
         unchecked = 0
-        for log_time_ns, topic, data, publish_time_ns, sequence, gid in sorted(messages, key=itemgetter(0)):
+        for log_time_ns, topic, data, publish_time_ns, sequence, gid in messages:
             try:
                 cdr = topic.to_cdr(data)
             except InvalidMessageError as error:

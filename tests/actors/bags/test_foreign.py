@@ -105,8 +105,9 @@ def test_all_standard_types_are_read_by_other_libraries(tmp_path: Path) -> None:
 
 def test_other_libraries_read_topics_beside_services_and_actions(tmp_path: Path) -> None:
     """The types of their events have names that these libraries do not know; other topics are readable."""
-    action = Fibonacci.Impl
-    classes = [String, AddTwoInts.Event, action.FeedbackMessage, action.GetResultService.Event]
+    action: Any = Fibonacci.Impl
+    event: Any = AddTwoInts.Event
+    classes: list[Any] = [String, event, action.FeedbackMessage, action.GetResultService.Event]
     with Writer(tmp_path / "bag") as bag:
         for index, cls in enumerate(classes):
             number = bag.add_topic(BagTopic.of_class(f"/topic{index}", cls))
@@ -114,6 +115,7 @@ def test_other_libraries_read_topics_beside_services_and_actions(tmp_path: Path)
     with AnyReader([tmp_path / "bag"]) as reader:
         assert [each.topic for each, _, _ in reader.messages()] == [f"/topic{index}" for index in range(4)]
         texts = [each for each in reader.connections if each.topic == "/topic0"]
+        found: Any
         (found,) = [reader.deserialize(data, each.msgtype) for each, _, data in reader.messages(texts)]
         assert found.data == ""
     with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:

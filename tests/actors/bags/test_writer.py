@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from actors.bags import BagExistsError, BagFullError, BagTopic, Writer
+from actors.bags import BagExistsError, BagFullError, BagTopic, BagWriteError, Writer
 from actors.bags.metadata import parse_metadata
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.profile import DurabilityPolicy, QoSProfile
@@ -171,6 +172,20 @@ def test_chunks_can_be_compressed(tmp_path: Path, compression: str) -> None:
     assert [each.compression for each in summary.chunk_indexes] == [
         "" if compression == "none" else compression
     ]
+
+
+def test_a_split_that_fails_ends_the_bag_once(tmp_path: Path) -> None:
+    """The message for which there is no file is counted, and closing finishes no file a second time."""
+    bag = Writer(tmp_path / "bag", max_bag_size=1024)
+    chatter = bag.add_topic(CHATTER)
+    bag.write(chatter, text("x" * 2000), START_NS, START_NS)
+    shutil.rmtree(tmp_path / "bag")
+    with pytest.raises(BagWriteError):
+        bag.write(chatter, text("y"), START_NS + 1, START_NS)
+    assert bag.lost() == {"/chatter": 1}
+    with pytest.raises(BagWriteError):
+        bag.close()
+    assert bag.files == 1
 
 
 def test_existing_path_is_refused(tmp_path: Path) -> None:

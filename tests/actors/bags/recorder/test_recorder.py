@@ -381,8 +381,14 @@ async def test_a_full_disk_ends_the_recording(
             talker.publish(String(data=str(index)))
         with pytest.raises(BagFullError, match="the disk is full"):
             await recording.wait()
+    statistics = recording.statistics()
     assert texts(tmp_path / "trip") == ["0", "1"]
-    assert metadata_of(tmp_path / "trip")["message_count"] == 2
+    metadata = metadata_of(tmp_path / "trip")
+    assert metadata["message_count"] == 2
+    # This writer fails without counting its message, and what is still on its way has not arrived.
+    assert statistics.written + statistics.dropped == statistics.received - 1
+    dropped = json.loads(metadata["custom_data"].get("callboard.dropped", "{}"))
+    assert dropped.get("/chatter", 0) == statistics.dropped
 
 
 async def test_an_error_that_nobody_waited_for_is_raised_at_the_end(
@@ -419,6 +425,35 @@ async def test_a_bag_is_not_overwritten(meeting: Meeting, tmp_path: Path) -> Non
     recording = recorder(meeting, tmp_path / "trip", "/chatter")
     with pytest.raises(BagExistsError, match="another path"):
         await recording.__aenter__()
+    assert not recording.node.connected
+
+
+class SlowWriter(Writer):
+    """Is not open before it is allowed to."""
+
+    begins = threading.Event()
+    go_on = threading.Event()
+
+    def __init__(self, *arguments: Any, **keywords: Any) -> None:
+        self.begins.set()
+        self.go_on.wait()
+        super().__init__(*arguments, **keywords)
+
+
+async def test_a_recorder_that_is_cancelled_while_it_starts_leaves_a_complete_bag(
+    meeting: Meeting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No thread keeps its file open."""
+    monkeypatch.setattr(module, "Writer", SlowWriter)
+    SlowWriter.begins, SlowWriter.go_on = threading.Event(), threading.Event()
+    recording = recorder(meeting, tmp_path / "trip", "/chatter")
+    starting = asyncio.create_task(recording.__aenter__())
+    await until(SlowWriter.begins.is_set)
+    starting.cancel()
+    SlowWriter.go_on.set()
+    with pytest.raises(asyncio.CancelledError):
+        await starting
+    assert metadata_of(tmp_path / "trip")["message_count"] == 0
     assert not recording.node.connected
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.bags.errors import BagExistsError, BagFullError, BagWriteError
+from actors.bags.errors import BagError, BagExistsError, BagFullError, BagWriteError
 from actors.bags.recorder.buffers import FLUSH_SEC, OVERHEAD_BYTES, QueuedMessage
+from actors.bags.recorder.losses import losses_of
 from actors.bags.recorder.recorded_topic import RecordedTopic
 from actors.bags.recorder.writer_thread import WriterThread
 from actors.interfaces import cdr
@@ -133,7 +134,7 @@ async def test_messages_are_written_in_the_order_of_reception(tmp_path: Path) ->
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(3, 1, 2)
-    await desk.thread.close({})
+    await desk.thread.close(dict)
     messages = [(each, each, each + 1, each + 2, None) for each in (1, 2, 3)]
     assert desk.bag.done == [("topic", "/numbers"), *messages, "close"]
     assert (desk.topic.counts.written, desk.thread.queued_bytes, desk.errors) == (3, 0, [])
@@ -153,7 +154,7 @@ async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
     desk.put(3)
     await until(lambda: desk.thread.flushed >= 2)  # the thread may look at its clock before the third comes
     assert "flush" in desk.bag.done
-    await desk.thread.close({})
+    await desk.thread.close(dict)
 
 
 async def test_a_chunk_is_written_without_further_messages(tmp_path: Path) -> None:
@@ -164,7 +165,7 @@ async def test_a_chunk_is_written_without_further_messages(tmp_path: Path) -> No
     await until(lambda: desk.topic.counts.written == 1)
     desk.now = FLUSH_SEC
     await until(lambda: "flush" in desk.bag.done)
-    await desk.thread.close({})
+    await desk.thread.close(dict)
 
 
 def _is_flushed(desk: Desk, count: int) -> bool:
@@ -178,7 +179,7 @@ async def test_without_a_cache_everything_is_written_at_once(tmp_path: Path) -> 
     for number in (1, 2):
         desk.put(number)
         await until(partial(_is_flushed, desk, number))
-    await desk.thread.close({})
+    await desk.thread.close(dict)
     assert desk.bag.done.count("flush") == 2
 
 
@@ -189,7 +190,7 @@ async def test_latched_values_have_their_publisher(tmp_path: Path) -> None:
     latched = RecordedTopic("/map", Int32, [QoSProfile(depth=1), LATCHED])
     desk.thread.add_topic(latched)
     desk.put(1, topic=latched)
-    await desk.thread.close({})
+    await desk.thread.close(dict)
     assert (1, 1, 2, 3, b"gid") in desk.bag.done
 
 
@@ -202,15 +203,50 @@ async def test_a_split_follows_what_is_queued(tmp_path: Path) -> None:
     assert [each if isinstance(each, str) else each[0] for each in desk.bag.done] == ["topic", 1, "split"]
     await until(lambda: desk.splits == [("0.mcap", "1.mcap")])
     assert desk.thread.file.endswith("1.mcap")
-    await desk.thread.close({})
+    await desk.thread.close(dict)
 
 
 async def test_losses_are_written_at_the_end(tmp_path: Path) -> None:
     """The sum for each topic, whatever the reason."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
-    await desk.thread.close({"/numbers": {"lost": 1, "dropped": 2, "invalid": 3, "publishers": {}}})
+    await desk.thread.close(lambda: {"/numbers": {"lost": 1, "dropped": 2, "invalid": 3, "publishers": {}}})
     assert desk.bag.losses == {"/numbers": 6}
+
+
+async def test_losses_have_what_was_found_invalid_at_the_end(tmp_path: Path) -> None:
+    """What is still in the queue when the recording ends is converted before losses are counted."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    desk.bag.lets_write.clear()
+    desk.put(1)
+    desk.thread.put([QueuedMessage(2, desk.topic, b"\xc0", 2, 2, b"gid")], OVERHEAD_BYTES)
+    ending = asyncio.create_task(desk.thread.close(lambda: losses_of({"/numbers": desk.topic.counts}, {})))
+    desk.bag.lets_write.set()
+    await ending
+    assert desk.bag.losses == {"/numbers": 1}
+
+
+async def test_messages_behind_an_error_are_counted(tmp_path: Path) -> None:
+    """Those of the same part of the queue, and those that come later; the bag counts the one that failed."""
+    desk = Desk(Bag(tmp_path))
+    desk.bag.fails[2] = BagFullError("full")
+    await desk.open()
+    desk.put(1, 2, 3, 4)
+    desk.put(5)
+    await desk.thread.close(lambda: losses_of({"/numbers": desk.topic.counts}, {}))
+    assert (desk.topic.counts.written, desk.topic.counts.unwritten) == (1, 3)
+    assert desk.bag.losses == {"/numbers": 3}
+
+
+async def test_nothing_is_awaited_of_a_thread_that_has_ended(tmp_path: Path) -> None:
+    """Whoever asks for a split or a flush too late gets an error."""
+    desk = Desk(Bag(tmp_path))
+    await desk.open()
+    await desk.thread.close(dict)
+    for late in (desk.thread.split, desk.thread.flush):
+        with pytest.raises(BagError, match="has ended"):
+            await late()
 
 
 @pytest.mark.parametrize("step", [1, "flush", "split", "topic"])
@@ -225,7 +261,7 @@ async def test_an_error_ends_the_writing(tmp_path: Path, step: Any) -> None:
     desk.put(2)
     with pytest.raises(BagFullError):
         await desk.thread.split()
-    await desk.thread.close({})
+    await desk.thread.close(dict)
     assert [str(each) for each in desk.errors] == ["full"]
     assert desk.bag.done[-1] == "close"
     assert all(each[0] != 2 for each in desk.bag.done)
@@ -237,7 +273,7 @@ async def test_an_error_at_the_end_is_told(tmp_path: Path) -> None:
     desk = Desk(Bag(tmp_path))
     desk.bag.fails["close"] = BagFullError("full")
     await desk.open()
-    await desk.thread.close({})
+    await desk.thread.close(dict)
     await until(lambda: bool(desk.errors))
     assert isinstance(desk.thread.error, BagFullError)
 
@@ -253,7 +289,7 @@ async def test_a_bag_that_cannot_be_opened(tmp_path: Path) -> None:
     thread = WriterThread(fail, on_failed=told.append, on_split=lambda closed, _: told.append(closed))
     with pytest.raises(BagExistsError):
         await thread.open()
-    await thread.close({})
+    await thread.close(dict)
     assert not told
 
 
@@ -264,7 +300,7 @@ async def test_a_removed_file_is_noticed(tmp_path: Path) -> None:
     desk.bag.file.unlink()
     with pytest.raises(BagWriteError, match="removed"):
         await desk.thread.flush()
-    await desk.thread.close({})
+    await desk.thread.close(dict)
 
 
 async def test_room_is_reported(tmp_path: Path) -> None:
@@ -283,4 +319,4 @@ async def test_room_is_reported(tmp_path: Path) -> None:
     desk.bag.lets_write.set()
     await room.wait()
     assert desk.thread.queued_bytes == 0
-    await desk.thread.close({})
+    await desk.thread.close(dict)
