@@ -23,6 +23,9 @@ DIFFERENCES: Final = {
     "bag convert -o": (
         "It is the folder of the new bag, whose settings are options. ROS 2 reads both from a YAML file."
     ),
+    "bag play --publish-service-requests": "It is left out: service events are played as what they are.",
+    "bag play --service-requests-source": "It is left out, as `--publish-service-requests`.",
+    "bag play --storage-config-file": "It is left out: files are read as they are.",
     "bag record -s": "It writes MCAP files only: `sqlite3` is refused.",
     "bag record --max-cache-duration": "It is left out: `--max-cache-size` limits what a snapshot has.",
     "bag record --static-topics-path": "It is left out: named topics are awaited anyway.",

@@ -151,9 +151,10 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "bag": Group(
-        "record topics, inspect and convert what was recorded",
+        "record and play topics, inspect and convert what was recorded",
         {
             "record": Verb("write what topics carry into a bag", stays=True),
+            "play": Verb("publish what a bag has", stays=True),
             "info": Verb("print what a bag has"),
             "echo": Verb("print the messages of a topic in a bag"),
             "check": Verb("read a whole bag, and say what is wrong"),

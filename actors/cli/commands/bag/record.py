@@ -229,7 +229,7 @@ def _recorder_options(options: Options) -> RecorderOptions:
         no_discovery=options.no_discovery,
         use_sim_time=options.use_sim_time,
         until_no_messages_sec=options.until_no_messages or 0,
-        qos_overrides=_overrides(options.qos_profile_overrides_path),
+        qos_overrides=overrides_of(options.qos_profile_overrides_path),
         custom_data=dict(map(_pair, options.custom_data)),
         **given,
     )
@@ -253,7 +253,15 @@ def _pair(text: str) -> tuple[str, str]:
     return key, value
 
 
-def _overrides(path: str | None) -> dict[str, QoSProfile]:
+def overrides_of(path: str | None) -> dict[str, QoSProfile]:
+    """Return the profiles in a file of QoS overrides, by topic.
+
+    Args:
+        path: The file; None for none.
+
+    Raises:
+        CommandError: It cannot be read, or has something else.
+    """
     if path is None:
         return {}
     from pathlib import Path

@@ -1,0 +1,99 @@
+"""`callboard bag play`: its options, and what it prints."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.bags.player.player import PlayingStatistics
+from actors.cli.commands.bag.play import progress_line
+from actors.cli.main import main
+from actors.interfaces.rosbag2_interfaces.srv import Burst, GetRate, IsPaused, Resume
+from actors.interfaces.std_msgs.msg import String
+from tests.actors.bags.bags import START_NS, write_bag
+from tests.actors.meeting import KEEP_ALL
+from tests.waiting import until
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.actors.cli.conftest import Desk
+
+
+async def test_it_plays_a_bag(desk: Desk, tmp_path: Path) -> None:
+    """The last line says how much; a topic gets another name, and the other is not played."""
+    write_bag(tmp_path / "trip")
+    heard: list[str] = []
+    async with desk.node() as node:
+        node.create_subscription(String, "/other", lambda msg: heard.append(msg.data), KEEP_ALL)
+        await node.get_graph()
+        result = await desk.callboard(
+            *("bag", "play", str(tmp_path / "trip"), "--topics", "chatter", "--remap", "/chatter:=other"),
+            *("--rate", "1000", "--wait-for-all-acked", "0"),
+        )
+        await until(lambda: len(heard) == 10)
+    assert result.code == 0
+    assert result.out.splitlines() == [
+        f"Playing {tmp_path / 'trip'}",
+        f"{tmp_path / 'trip'}: 10 messages of 1 topic",
+    ]
+    assert heard[:2] == ["text 0", "text 2"]
+
+
+async def test_options_reach_the_player(desk: Desk, tmp_path: Path) -> None:
+    """The name of the node, the rate and pausing; with --json, one document at the end."""
+    write_bag(tmp_path / "trip")
+    async with desk.node() as node:
+        ended = desk.start(
+            *("bag", "play", str(tmp_path / "trip"), "--start-paused", "--node-name", "player"),
+            *("--rate", "3", "--json", "-x", "count", "--message-order", "sent", "--clock"),
+        )
+        client = node.create_client(IsPaused, "/player/is_paused")
+        await client.wait_for_service(20.0)
+        assert (await client.call(IsPaused.Request())).paused
+        assert (await node.create_client(GetRate, "/player/get_rate").call(GetRate.Request())).rate == 3
+        request = Burst.Request(num_messages=4)
+        assert (await node.create_client(Burst, "/player/burst").call(request)).actually_burst == 4
+        await node.create_client(Resume, "/player/resume").call(Resume.Request())
+        result = await ended
+    found = json.loads(result.out)
+    assert (found["published"], found["topics"], found["rate"]) == (10, {"/chatter": 10}, 3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--remap", "/a"], "expected OLD:=NEW"),
+        (["--rate", "1e300"], "rate is above 0"),
+        (["--regex", "("], "no regular expression"),
+        (["--clock", "1e6"], "clock_hz is at most"),
+        (["--clock", "--clock-topics-all"], "not allowed with"),
+    ],
+)
+def test_wrong_options(arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each is refused with its reason, before anything is read."""
+    with pytest.raises(SystemExit) as error:
+        raise SystemExit(main(["bag", "play", "trip", *arguments]))
+    assert error.value.code == 2
+    assert text in capsys.readouterr().err
+
+
+def test_the_line_with_the_position() -> None:
+    """It says where, how fast, how much, and what was dropped."""
+    found = PlayingStatistics(
+        start_ns=START_NS,
+        end_ns=START_NS + 60 * 10**9,
+        position_ns=START_NS + 12_340_000_000,
+        rate=1.1**2,
+        is_paused=True,
+        is_playing=True,
+        passes=0,
+        published=1234,
+        dropped=5,
+        invalid=0,
+        topics={},
+        problems=(),
+    )
+    assert progress_line(found) == "12.3 of 60.0 s, rate 1.21, 1,234 messages, 5 dropped, paused"
