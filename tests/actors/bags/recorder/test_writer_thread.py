@@ -119,6 +119,10 @@ class Desk:
         await self.thread.open()
         self.thread.add_topic(self.topic)
 
+    async def looked_at_clock(self) -> None:
+        """Wait until the thread has written everything, and noted when: it does so after it has counted."""
+        await until(lambda: not self.thread.queued_bytes)
+
     def put(self, *numbers: int, topic: RecordedTopic | None = None) -> None:
         """Queue messages whose numbers are their log times."""
         encode: Callable[[Int32], bytes] = codec_for(Int32).encode
@@ -145,10 +149,10 @@ async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(1)
-    await until(lambda: desk.topic.counts.written == 1)
+    await desk.looked_at_clock()
     desk.now = FLUSH_SEC / 2
     desk.put(2)
-    await until(lambda: desk.topic.counts.written == 2)
+    await desk.looked_at_clock()
     assert "flush" not in desk.bag.done
     desk.now = FLUSH_SEC
     desk.put(3)
@@ -162,7 +166,7 @@ async def test_a_chunk_is_written_without_further_messages(tmp_path: Path) -> No
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(1)
-    await until(lambda: desk.topic.counts.written == 1)
+    await desk.looked_at_clock()
     desk.now = FLUSH_SEC
     await until(lambda: "flush" in desk.bag.done)
     await desk.thread.close(dict)
