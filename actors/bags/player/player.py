@@ -174,6 +174,7 @@ class Player:
             BagError: The bag could not be read to its end, and `wait` has not said so.
         """
         try:
+            self._settle_burst()
             for task in [*self._tasks]:
                 await cancel_and_wait(task)
             self._lines.close()
@@ -199,7 +200,7 @@ class Player:
                 self._error = error
                 if not isinstance(error, BagError):
                     self._log.error("Playing has failed", exc_info=error)
-            self._done.set()
+            self.stop()
 
     # What its users call
 

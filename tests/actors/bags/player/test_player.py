@@ -317,6 +317,22 @@ async def test_damage_ends_the_playing(meeting: Meeting, tmp_path: Path) -> None
         await until(lambda: len(heard) >= 80)
 
 
+async def test_damage_ends_a_burst(meeting: Meeting, tmp_path: Path) -> None:
+    """Whoever waits for its end learns how many messages there were."""
+    file = write_bag(tmp_path / "trip", 200)
+    content = bytearray(file.read_bytes())
+    content[content.index(b"text 180")] ^= 1
+    file.write_bytes(content)
+    async with player(meeting, tmp_path / "trip", start_paused=True) as playing:
+        count = await playing.burst()
+        with pytest.raises(BagError):
+            await playing.wait()
+        found = playing.statistics()
+        assert (found.published, found.is_playing) == (count, False)
+        assert 160 <= count < 200
+        assert await playing.burst() == 0
+
+
 async def test_bags_that_are_none(meeting: Meeting, tmp_path: Path) -> None:
     """There is no bag, or it has no messages."""
     with pytest.raises(BagNotFoundError):
