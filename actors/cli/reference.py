@@ -20,6 +20,7 @@ _ROS: Final = {"spin_time", "no_daemon", "use_sim_time"}
 """The options of `add_ros_options`, as far as they change nothing."""
 
 DIFFERENCES: Final = {
+    "bag burst --storage-config-file": "It is left out: files are read as they are.",
     "bag convert -o": (
         "It is the folder of the new bag, whose settings are options. ROS 2 reads both from a YAML file."
     ),

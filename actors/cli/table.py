@@ -155,6 +155,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
         {
             "record": Verb("write what topics carry into a bag", stays=True),
             "play": Verb("publish what a bag has", stays=True),
+            "burst": Verb("publish messages of a bag at once", stays=True),
             "info": Verb("print what a bag has"),
             "echo": Verb("print the messages of a topic in a bag"),
             "check": Verb("read a whole bag, and say what is wrong"),

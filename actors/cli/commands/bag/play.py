@@ -38,16 +38,24 @@ _BACK_AND_CLEAR: Final = "\r\x1b[K"
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
+    add_bag(parser)
+    _add_time(parser)
+    add_reading(parser)
+    _add_selection(parser)
+    add_names_and_qos(parser)
+    _add_publishing(parser)
+    _add_control(parser)
+    add_node(parser)
+    add_json_option(parser, "one document at the end")
+    add_broker_options(parser)
+
+
+def add_bag(parser: Parser) -> None:
+    """Add the bag."""
     parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag, or a file: .mcap or .db3")
     parser.add_argument(
         "-s", "--storage", choices=("mcap", "sqlite3"), help=f"{IGNORED} a file says itself what it is"
     )
-    _add_time(parser)
-    _add_selection(parser)
-    _add_publishing(parser)
-    _add_control(parser)
-    add_json_option(parser, "one document at the end")
-    add_broker_options(parser)
 
 
 def _add_time(parser: Parser) -> None:
@@ -58,10 +66,6 @@ def _add_time(parser: Parser) -> None:
     parser.add_argument(
         "-d", "--delay", type=not_negative, metavar="SEC", default=0.0,
         help="wait so long before each pass through the bag",
-    )  # fmt: skip
-    parser.add_argument(
-        "--start-offset", type=not_negative, metavar="SEC", default=0.0,
-        help="begin so long after the first message",
     )  # fmt: skip
     parser.add_argument(
         "--playback-duration", type=float, metavar="SEC", default=-1.0,
@@ -78,6 +82,14 @@ def _add_time(parser: Parser) -> None:
     parser.add_argument(
         "--message-order", choices=("received", "sent"), default="received",
         help="whether messages are played by the times when they were received (default) or sent",
+    )  # fmt: skip
+
+
+def add_reading(parser: Parser) -> None:
+    """Add where reading begins, and how far it is ahead."""
+    parser.add_argument(
+        "--start-offset", type=not_negative, metavar="SEC", default=0.0,
+        help="begin so long after the first message",
     )  # fmt: skip
     parser.add_argument(
         "--read-ahead-queue-size", type=count, metavar="N", default=1000,
@@ -100,7 +112,8 @@ def _add_selection(parser: Parser) -> None:
     )
 
 
-def _add_publishing(parser: Parser) -> None:
+def add_names_and_qos(parser: Parser) -> None:
+    """Add how topics are published."""
     parser.add_argument(
         "-m", "--remap", nargs="+", metavar="OLD:=NEW", default=[], help="publish topics under other names"
     )
@@ -108,6 +121,9 @@ def _add_publishing(parser: Parser) -> None:
         "--qos-profile-overrides-path", metavar="FILE",
         help="a YAML file with the QoS of publishers, by topic; default: what was recorded",
     )  # fmt: skip
+
+
+def _add_publishing(parser: Parser) -> None:
     clock = parser.add_mutually_exclusive_group()
     clock.add_argument(
         "--clock", type=positive, nargs="?", const=CLOCK_HZ, default=0.0, metavar="HZ",
@@ -140,8 +156,20 @@ def _add_control(parser: Parser) -> None:
         "--progress-bar-separation-lines", type=count_or_zero, metavar="N",
         help=f"{IGNORED} the line is the last one",
     )  # fmt: skip
+
+
+def add_node(parser: Parser) -> None:
+    """Add the name of the node, and what it logs."""
     parser.add_argument("--node-name", metavar="NAME", help="the name of the node; default: bag_player")
     parser.add_argument("--log-level", choices=LEVELS, help="what the node logs; default: info")
+
+
+def defaults() -> dict[str, Any]:
+    """Return the value of each option that is not given."""
+    parser = Parser()
+    add_arguments(parser)
+    found: dict[str, Any] = vars(parser.parse_args([""]))
+    return found
 
 
 def run(options: Options) -> int:
@@ -278,6 +306,11 @@ async def _until_end(player: Player, options: Options) -> None:
     if shows:
         tasks.append(asyncio.create_task(_show_progress(player, 1 / options.progress_bar_update_rate)))
     try:
+        number: int | None = getattr(options, "num_messages", None)
+        if number is not None:
+            await player.burst(number)
+            if not number:
+                player.stop()
         await player.wait()
     finally:
         for task in tasks:

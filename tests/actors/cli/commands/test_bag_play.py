@@ -62,6 +62,23 @@ async def test_options_reach_the_player(desk: Desk, tmp_path: Path) -> None:
     assert (found["published"], found["topics"], found["rate"]) == (10, {"/chatter": 10}, 3)
 
 
+async def test_a_burst(desk: Desk, tmp_path: Path) -> None:
+    """Everything at once, and the end; or some messages, and then it waits, paused."""
+    write_bag(tmp_path / "trip")
+    async with desk.node() as node:
+        result = await desk.callboard("bag", "burst", str(tmp_path / "trip"), "--json")
+        assert json.loads(result.out)["published"] == 20
+        ended = desk.start(
+            "bag", "burst", str(tmp_path / "trip"), "-n", "3", "--topics", "/chatter", "--json"
+        )
+        client = node.create_client(Resume, "/bag_player/resume")
+        await client.wait_for_service(20.0)
+        paused = node.create_client(IsPaused, "/bag_player/is_paused")
+        assert (await paused.call(IsPaused.Request())).paused
+        await client.call(Resume.Request())
+        assert json.loads((await ended).out)["published"] == 10
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
