@@ -81,3 +81,4 @@ async def test_a_full_disk(system: System, tmp_path: Path) -> None:
     numbers = [int(each.decoded(String).data.split()[0]) for each in messages_of(bag)]
     assert numbers == list(range(len(numbers)))
     assert len(numbers) < 300
+    assert any(line.startswith(f"{bag}: {len(numbers)} message") for line in record.lines), record.output

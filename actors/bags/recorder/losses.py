@@ -69,9 +69,9 @@ class TopicCounts:
 
     Attributes:
         received: Messages that arrived while nothing was paused.
-        written: Messages in the bag.
+        written: Messages in the bag; at its end without those of chunks that could not be written.
         dropped: Messages that arrived and found the queue full.
-        unwritten: Messages that were in the queue when the writer failed, or arrived later.
+        unwritten: Messages that were on their way to the disk when the writer failed, or arrived later.
         invalid: Messages that are none of the topic's type, so that they cannot be written.
     """
 

@@ -73,6 +73,10 @@ class BagWriter(Protocol):
         """Set what is missing in the bag."""
         ...
 
+    def lost(self) -> dict[str, int]:
+        """Return the messages that were given to `write` and are in no file, by topic."""
+        ...
+
     def close(self) -> None:
         """Complete the bag."""
         ...
@@ -119,6 +123,7 @@ class WriterThread:
         self._opened: asyncio.Future[None] = self._loop.create_future()
         self._ended: asyncio.Future[None] = self._loop.create_future()
         self._losses: Callable[[], Mapping[str, Mapping[str, Any]]] = dict
+        self._topics: list[RecordedTopic] = []
         self._is_ending = False
         self.error: Exception | None = None
         self._written = self.flushed = 0
@@ -145,6 +150,7 @@ class WriterThread:
 
     def add_topic(self, topic: RecordedTopic) -> None:
         """Add a topic, before its first message."""
+        self._topics.append(topic)
         self._queue.put(partial(_add_topic, topic))
 
     def put(self, messages: Sequence[QueuedMessage], size: int) -> None:
@@ -263,6 +269,11 @@ class WriterThread:
             bag.close()
         except Exception as error:  # noqa: BLE001 - as in `_step`
             self._failed(error)
+        lost = bag.lost()
+        for topic in self._topics:
+            count = lost.get(topic.name, 0)
+            topic.counts.written -= count
+            topic.counts.unwritten += count
 
     def _write(self, messages: Sequence[QueuedMessage], size: int, bag: BagWriter) -> None:
         # Each topic's messages come together; files are in the order of reception.
@@ -287,8 +298,10 @@ class WriterThread:
                 topic.problem = peer_text(str(error))
                 continue
             key = gid if topic.is_latched else None
-            bag.write(topic.number, cdr, log_time_ns, publish_time_ns, sequence, latched_key=key)
-            topic.counts.written += 1
+            try:
+                bag.write(topic.number, cdr, log_time_ns, publish_time_ns, sequence, latched_key=key)
+            finally:  # what the bag could not write is taken back at the end
+                topic.counts.written += 1
             self._written += 1
             unchecked += max(len(cdr), LEAST_BYTES)
             if unchecked >= CHECKED_BYTES:

@@ -34,7 +34,8 @@ class Bag:
 
     Attributes:
         done: What has been called, with the values of messages.
-        fails: Raised by the next call of a method of this name.
+        fails: Raised by the next call of a method of this name, or for a message with this value.
+        failed: How many messages were not written.
         lets_write: Set while messages may be written.
     """
 
@@ -44,6 +45,7 @@ class Bag:
         self.fails: dict[str | int, Exception] = {}
         self.lets_write = threading.Event()
         self.lets_write.set()
+        self.failed = 0
         self._folder, self._number = folder, 0
         self.file.touch()
 
@@ -54,6 +56,7 @@ class Bag:
 
     def _note(self, what: str | int, *rest: Any) -> None:
         if what in self.fails:
+            self.failed += isinstance(what, int)
             raise self.fails.pop(what)
         self.done.append((what, *rest) if rest else what)
 
@@ -91,6 +94,10 @@ class Bag:
         """Keep the losses."""
         del details
         self.losses = losses
+
+    def lost(self) -> dict[str, int]:
+        """Return the messages that were not written."""
+        return {"/numbers": self.failed}
 
     def close(self) -> None:
         """Close."""
@@ -239,7 +246,7 @@ async def test_messages_behind_an_error_are_counted(tmp_path: Path) -> None:
     desk.put(1, 2, 3, 4)
     desk.put(5)
     await desk.thread.close(lambda: losses_of({"/numbers": desk.topic.counts}, {}))
-    assert (desk.topic.counts.written, desk.topic.counts.unwritten) == (1, 3)
+    assert (desk.topic.counts.written, desk.topic.counts.unwritten) == (1, 4)
     assert desk.bag.losses == {"/numbers": 3}
 
 
