@@ -168,8 +168,8 @@ def defaults() -> dict[str, Any]:
     """Return the value of each option that is not given."""
     parser = Parser()
     add_arguments(parser)
-    found: dict[str, Any] = vars(parser.parse_args([""]))
-    return found
+    found: Options = parser.parse_args([""])
+    return vars(found)
 
 
 def run(options: Options) -> int:
