@@ -150,7 +150,8 @@ async def test_the_recorded_qos_is_offered(meeting: Meeting, tmp_path: Path) -> 
     async with player(meeting, tmp_path / "trip", qos_overrides={"/count": override}) as playing:
         graph = await playing.node.get_graph()
         found = graph.endpoints(EntryKind.PUBLISHER, "/count")
-        assert [each.qos_profile.depth for each in found] == [3]
+        # The node of the first player may still be there.
+        assert 3 in [each.qos_profile.depth for each in found]
 
 
 async def test_nothing_is_dropped_for_speed(meeting: Meeting, tmp_path: Path) -> None:
