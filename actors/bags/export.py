@@ -8,6 +8,7 @@ import json
 import re
 from collections import Counter
 from contextlib import ExitStack
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.bags.errors import BagError, write_error
@@ -69,7 +70,7 @@ def export_csv(
                 found = writers.get(id(message.topic))
                 if found is None:
                     cls = message.topic.message_class()
-                    columns = list(_columns(cls, ""))
+                    columns = list(islice(_columns(cls, ""), MAX_COLUMNS + 1))
                     if len(columns) > MAX_COLUMNS:
                         raise BagError(
                             f"{message.topic.name}: its type has more than {MAX_COLUMNS:,} columns"

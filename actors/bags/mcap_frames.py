@@ -1,6 +1,9 @@
 """The records of an MCAP file: where they are, within limits.
 
 Every length that the file states is compared with what is there, and with a limit, before memory is taken.
+The contents of records are parsed by the library (`mcap`), except for those that a file has by the million:
+messages, chunks and the indexes of chunks. Its readers take four times the CPU time for a message of 256
+bytes (7.3 µs next to 1.7 µs), and know neither the limits of here nor the place of what is wrong.
 """
 
 from __future__ import annotations

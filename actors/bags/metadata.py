@@ -36,6 +36,7 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 MAX_ENTRIES: Final = 100_000
 """Topics, files, and items of custom data, each."""
 _MAX_DEPTH: Final = 12
+_DIGITS: Final = len(str(1 << 64))
 _FILES_SINCE: Final = 5
 _EMPTY_START_NS: Final = (1 << 63) - 1
 """The start of a bag without messages, as ROS 2 writes it."""
@@ -174,7 +175,7 @@ class _Parser:
 
     def _number(self, fields: Mapping[str, Any], name: str) -> int:
         text = self._text(fields, name).strip()
-        if not text.isascii() or not text.isdecimal() or int(text[:20]) >= 1 << 64:
+        if not text.isascii() or not text.isdecimal() or len(text) > _DIGITS or int(text) >= 1 << 64:
             raise self._fail(name, f"a number from 0 to 2^64-1 is missing here, not {text[:40]!r}")
         return int(text)
 

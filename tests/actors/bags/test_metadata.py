@@ -134,6 +134,7 @@ def test_files_outside_the_folder_are_never_named() -> None:
         ("version", "x", "version: a number"),
         ("message_count", "-1", "message_count: a number"),
         ("message_count", "9" * 5000, "message_count: a number"),
+        ("message_count", "1" + "0" * 5000, "message_count: a number"),
         ("duration", "5", "duration: a mapping"),
         ("relative_file_paths", "a.mcap", "relative_file_paths: a list"),
         ("relative_file_paths", [".."], "no file of the bag's folder"),
