@@ -176,11 +176,7 @@ class Reader:
             self._problems.append(
                 f"{file} is missing: its recorder was killed; callboard bag reindex {self.path} writes it"
             )
-            paths = sorted((each for each in self.path.iterdir() if _is_bag_file(each)), key=_natural)
-            if not paths:
-                raise BagNotFoundError(
-                    f"{self.path} is no bag: it has neither {FILE_NAME} nor files of a bag"
-                )
+            paths = self._found_files()
         if len(paths) > MAX_FILES:
             raise InvalidBagError(file, "", f"it names {len(paths):,} files; at most {MAX_FILES:,} are read")
         return paths

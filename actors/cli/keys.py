@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from actors.cli.stdin import pieces
@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 
 async def keys() -> AsyncGenerator[str]:
-    """Yield each key as it is pressed; end at once if stdin is no terminal, or another program has it.
+    """Yield each key as it is pressed, until the terminal is closed.
+
+    End at once if stdin is no terminal, or another program has it.
 
     The terminal echoes nothing meanwhile and does not wait for the end of a line; it is as before when the
     generator is closed. Ctrl-C and others still send signals. A key that sends several characters, such as
@@ -23,7 +25,7 @@ async def keys() -> AsyncGenerator[str]:
     number = _terminal()
     if number is None:
         return
-    with _unbuffered(number):
+    with _unbuffered(number), suppress(OSError):  # its window has been closed
         async for text in pieces():
             if text.startswith("\x1b"):
                 yield text
@@ -57,4 +59,5 @@ def _unbuffered(number: int) -> Generator[None]:
         tty.setcbreak(number, termios.TCSANOW)
         yield
     finally:
-        termios.tcsetattr(number, termios.TCSANOW, before)
+        with suppress(termios.error):
+            termios.tcsetattr(number, termios.TCSANOW, before)
