@@ -12,6 +12,7 @@ from actors.cli.main import main
 from actors.interfaces.rosbag2_interfaces.srv import IsPaused, Stop
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.bags.recorder.recordings import messages_of
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,10 +92,10 @@ async def test_wrong_overrides_name_the_file(desk: Desk, tmp_path: Path) -> None
     assert f"{file}: /imu: there is no policy 'depht'; did you mean" in ended.err
 
 
-async def test_without_a_broker(tmp_path: Path, desk: Desk) -> None:
+async def test_without_a_broker(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """The exit code is that of all verbs, and no folder is left."""
     del desk
-
+    set_limits(monkeypatch, connect_sec=0.0)
     code = await asyncio.to_thread(
         main, ["bag", "record", "-a", "-o", str(tmp_path / "trip"), "--url", "callboard://127.0.0.1:1"]
     )
