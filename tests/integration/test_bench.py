@@ -53,7 +53,10 @@ async def test_a_signal_ends_everything(system: System, number: signal.Signals) 
     """During a trial: the exit code names the signal; there is no traceback, and no process is left."""
     program = await system.python("-c", INTERRUPTED, forked=False)  # it is known by its command line
     await program.wait_for_line("at work")
-    assert len(left_behind(system)) == 5  # the command, its guard, a broker and two roles
+    async with asyncio.timeout(DEADLINE_SEC):
+        # The command, its guard, a broker and two roles: none of them while it becomes its program.
+        while len(left_behind(system)) != 5:
+            await asyncio.sleep(0.05)
     program.send_signal(number)
     assert await program.wait_for_exit() == 128 + number
     assert "Traceback" not in program.output
