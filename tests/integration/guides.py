@@ -161,7 +161,9 @@ class Reader:
             self.folder = (self.folder / words[1]).resolve()
         elif words[0] != "." and words[1:3] != ["-m", "venv"]:  # the environment is here already
             program = await self._start([word.replace("./callboard", "callboard") for word in words])
-            assert await program.wait_for_exit() == 0, program.output
+            # An installer starts several programs, one after the other.
+            limit_sec = DEADLINE_SEC * (3 if "install" in words else 1)
+            assert await program.wait_for_exit(limit_sec) == 0, program.output
             self.outputs[line] = program.output
             self._latest = line
 
