@@ -31,7 +31,7 @@ class RecordedTopic:
             `invalid`.
         is_latched: Whether a late subscription gets the newest messages: each file of the bag has them, too.
         number: Its number in the bag; set by the writer's thread.
-        problem: Why the newest message that could not be written is none of the type.
+        problem: Why the newest message that could not be written does not fit the type.
 
     Raises:
         TypeError: One of the class's fields has no type of ROS.

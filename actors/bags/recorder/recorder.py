@@ -151,7 +151,7 @@ class Recorder:
         try:
             await self._thread.open()
         except BaseException as error:
-            # Whoever is cancelled meanwhile leaves no thread that keeps the bag open.
+            # Also when cancelled: the thread would keep the bag open.
             try:
                 await self._thread.close(dict)
             finally:

@@ -53,7 +53,7 @@ def recording_qos(
         depth: Messages that may wait otherwise.
 
     Returns:
-        The profile. It is BEST_EFFORT and VOLATILE without publishers: that fits whoever comes.
+        The profile. Without publishers it is BEST_EFFORT and VOLATILE, which matches all of them.
     """
     found = list(offers)
     best_effort = ReliabilityPolicy.BEST_EFFORT
