@@ -368,12 +368,7 @@ def progress_line(statistics: PlayingStatistics) -> str:
 
 
 def _summary(player: Player, statistics: PlayingStatistics) -> str:
-    """Return what has been played, in one line."""
-    topics = sum(1 for each in statistics.topics.values() if each)
-    parts = (
-        f"{number:,} {noun}{'' if number == 1 else 's'}"
-        for number, noun in ((statistics.published, "message"), (topics, "topic"))
-    )
-    counts: dict[str, Any] = {"dropped": statistics.dropped, "invalid": statistics.invalid}
-    missing = ", ".join(f"{number:,} {what}" for what, number in counts.items() if number)
-    return f"{player.path}: {' of '.join(parts)}{f'; not played: {missing}' if missing else ''}"
+    from actors.cli.commands.bag.record import summary_of
+
+    missing = {"dropped": statistics.dropped, "invalid": statistics.invalid}
+    return summary_of(player.path, statistics.published, statistics.topics, "not played", missing)

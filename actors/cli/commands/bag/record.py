@@ -12,6 +12,9 @@ from actors.cli.parsing import IGNORED, Options, Parser, add_broker_options, cou
 # Reading arguments needs nothing else.
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
     from actors.bags.recorder.options import RecorderOptions
     from actors.bags.recorder.recorder import Recorder
     from actors.bags.recorder.selection import Selection
@@ -344,21 +347,31 @@ def _default_name() -> str:
 
 
 def _summary(recorder: Recorder) -> str:
-    """Return what has been recorded, in one line."""
     found = recorder.statistics()
-    topics = sum(1 for count in found.topics.values() if count)
-    missing = ", ".join(
-        f"{count:,} {what}"
-        for what, count in {
-            "lost on the way": found.lost,
-            "dropped, since the memory was full": found.dropped,
-            "invalid": found.invalid,
-        }.items()
-        if count
-    )
-    rest = f"; not recorded: {missing}" if missing else ""
+    missing = {
+        "lost on the way": found.lost,
+        "dropped, since the memory was full": found.dropped,
+        "invalid": found.invalid,
+    }
+    return summary_of(recorder.path, found.written, found.topics, "not recorded", missing)
+
+
+def summary_of(
+    path: Path, messages: int, topics: Mapping[str, int], verdict: str, missing: Mapping[str, int]
+) -> str:
+    """Return how many messages were recorded or played, in one line.
+
+    Args:
+        path: The bag.
+        messages: Their number.
+        topics: Their number by topic.
+        verdict: What the missing messages were not, such as "not played".
+        missing: The number of these messages by reason.
+    """
+    count = sum(1 for each in topics.values() if each)
     parts = (
         f"{number:,} {noun}{'' if number == 1 else 's'}"
-        for number, noun in ((found.written, "message"), (topics, "topic"))
+        for number, noun in ((messages, "message"), (count, "topic"))
     )
-    return f"{recorder.path}: {' of '.join(parts)}{rest}"
+    reasons = ", ".join(f"{number:,} {reason}" for reason, number in missing.items() if number)
+    return f"{path}: {' of '.join(parts)}{f'; {verdict}: {reasons}' if reasons else ''}"
