@@ -6,6 +6,7 @@ Pauses between attempts grow and are random, so that many nodes do not reconnect
 from __future__ import annotations
 
 import asyncio
+import math
 import random
 import secrets
 from typing import TYPE_CHECKING, Final
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 FIRST_RETRY_SEC: Final = 0.05
 LAST_RETRY_SEC: Final = 2.0
 CONNECT_TIMEOUT_SEC: Final = 5.0
+SOON_SEC: Final = 5.0
+"""A connect timeout that ends this soon needs no warning before it: its error says the same."""
 
 AGENT: Final = agent("callboard-python")
 
@@ -137,7 +140,7 @@ class Connector:
                 return
             if connection is None:
                 self._stop_trying()
-                self._warn_once(too_late=deadline is not None and loop.time() >= deadline)
+                self._warn_once(left_sec=math.inf if deadline is None else deadline - loop.time())
             pause = self._retry_sec * (0.5 + 0.5 * self._jitter())
             if deadline is not None and not link.connections:
                 pause = max(0.0, min(pause, deadline - loop.time()))
@@ -213,12 +216,17 @@ class Connector:
         elif connection.reached and not connection.had_session and self._unwelcoming is None:
             self._unwelcoming = url
 
-    def _warn_once(self, *, too_late: bool) -> None:
-        """Warn that no broker answers; raise if it is too late for the first session."""
+    def _warn_once(self, *, left_sec: float) -> None:
+        """Warn that no broker answers; raise if it is too late for the first session.
+
+        Args:
+            left_sec: The time left for the first session.
+        """
         failure = self._error if isinstance(self._error, TlsFailed) else None
-        if too_late and not self._link.connections:
+        is_first = not self._link.connections
+        if is_first and left_sec <= 0:
             raise failure or BrokerUnreachable(f"No broker at {self._link.broker_urls}. {self._hint()}")
-        if not self._warned:
+        if not self._warned and not (is_first and left_sec < SOON_SEC):
             self._warned = True
             text = f"No broker at {self._link.broker_urls}; waiting for one. {self._hint()}"
             self._log.warning(text if failure is None else f"{failure}. Trying again")

@@ -102,17 +102,21 @@ def test_waits_without_a_broker_end_at_their_timeout(*, mute: bool) -> None:
 
 
 @pytest.mark.parametrize("mute", [False, True])
-def test_a_connect_timeout_holds(*, mute: bool) -> None:
-    """`connect_timeout_sec` raises BrokerUnreachable at about that time."""
+@pytest.mark.parametrize(("timeout_sec", "warns"), [(2.0, False), (20.0, True)])
+def test_a_connect_timeout_holds(
+    timeout_sec: float, caplog: pytest.LogCaptureFixture, *, warns: bool, mute: bool
+) -> None:
+    """`connect_timeout_sec` raises BrokerUnreachable then; a warning precedes it only if that is late."""
 
     async def main(loop: SimulatedLoop) -> None:
         if mute:
             with on_host(BROKER):
                 listener = await loop.create_server(Mute, "127.0.0.1", 7411)
         with on_host("node"), pytest.raises(actors.BrokerUnreachable):
-            async with actors.Node("lonely", connect_timeout_sec=2.0, use_global_arguments=False):
+            async with actors.Node("lonely", connect_timeout_sec=timeout_sec, use_global_arguments=False):
                 pass
-        assert loop.time() < 2.5
+        assert loop.time() < timeout_sec + 0.5
+        assert ("waiting for one" in caplog.text) is warns
         if mute:
             listener.close()
             await listener.wait_closed()
