@@ -1,12 +1,13 @@
 """Errors of bags.
 
 CallboardError (proto.errors)
-└── BagError                  something about a bag cannot be done
-    ├── InvalidBagError (ValueError)  a file of a bag is damaged, or no bag at all: names file and place
+└── BagError                  a bag cannot be read, written, recorded or played
+    ├── InvalidBagError (ValueError)  a file of a bag is damaged, or not a bag; names file and place
     ├── BagNotFoundError (LookupError)  there is no bag at this path
     ├── BagExistsError        there is something at the path of a new bag
     ├── BagWriteError         a file of a bag cannot be written any more
     │   └── BagFullError      because its disk is full
+    ├── InvalidBagOptionError (ValueError)  an option of a recorder, player or writer is wrong
     └── MissingExtraError     a package of the extra `bags` is not installed
 """
 
@@ -22,24 +23,24 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-"""The numbers of OSError that mean: no space for more."""
+"""Error numbers that mean that there is no space left."""
 
 
 class BagError(CallboardError):
-    """Something about a bag cannot be done; the text says what, and the remedy."""
+    """A bag cannot be read, written, recorded or played; the text says why, and how to remedy it."""
 
 
 class InvalidBagError(BagError, ValueError):
-    """A file of a bag is damaged, or no bag at all.
+    """A file of a bag is damaged, or not a bag.
 
     Attributes:
         path: The file.
-        place: Where, such as "byte 1,024" or "line 3"; "" for the whole file.
-        reason: What is wrong, and the remedy.
+        place: Where in the file, such as "byte 1,024" or "line 3"; "" for the whole file.
+        reason: What is wrong, and how to remedy it.
     """
 
     def __init__(self, path: str | Path, place: str, reason: str) -> None:
-        # With these arguments, and not one string, so that the error can be copied and pickled.
+        # Pass the arguments of this method: copying and pickling call it with them again.
         super().__init__(path, place, reason)
         self.path = path
         self.place = place
@@ -58,13 +59,17 @@ class BagExistsError(BagError):
 
 
 class BagWriteError(BagError):
-    """A file of a bag cannot be written any more; what it has is kept, and can be read."""
+    """A file of a bag cannot be written any more. What has been written can be read."""
 
     is_operational = True
 
 
 class BagFullError(BagWriteError):
-    """The disk of a bag is full; what has been written is kept, and can be read."""
+    """The disk is full. What has been written can be read."""
+
+
+class InvalidBagOptionError(BagError, ValueError):
+    """An option of a recorder, player or writer is wrong; the text says what is allowed."""
 
 
 class MissingExtraError(BagError):
@@ -79,7 +84,7 @@ def write_error(path: str | Path, error: OSError) -> BagWriteError:
 
     Args:
         path: The file.
-        error: What the operating system says.
+        error: The error of the operating system.
     """
     if error.errno in FULL:
         return BagFullError(

@@ -1,4 +1,4 @@
-"""The extra `bags`: what reading and writing MCAP needs, and nothing else of callboard imports."""
+"""The check for the extra `bags`: the libraries that reading and writing bags needs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def require_extra() -> None:
     """Check that the extra `bags` is installed.
 
     Raises:
-        MissingExtraError: It is not; the text says how to install it.
+        MissingExtraError: It is not installed; the text says how to install it.
     """
     if any(find_spec(each) is None for each in _MODULES):
         raise MissingExtraError

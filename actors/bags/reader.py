@@ -7,8 +7,8 @@
     async for message in Reader("trip"):
         ...
 
-A reader blocks while it reads; `async for` reads in a thread. What is damaged raises InvalidBagError with the
-file and the place. Of a file whose end is missing, all whole chunks are read, and the summary says so.
+A reader blocks while it reads; `async for` reads in a thread. Damage raises InvalidBagError with the file and
+the place. If the end of a file is missing, all whole chunks are read, and the summary names the problem.
 """
 
 from __future__ import annotations
@@ -18,72 +18,51 @@ import heapq
 import json
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
+from actors.bags.contents.metadata import DROPPED_KEY, FILE_NAME, MAX_BYTES, parse_metadata
+from actors.bags.contents.records import BagMetadata, FileSummary, TopicCount
 from actors.bags.errors import BagNotFoundError, InvalidBagError
 from actors.bags.extra import require_extra
-from actors.bags.files import MAX_MESSAGE_BYTES, Filter, Order, open_regular
-from actors.bags.metadata import FILE_NAME, MAX_BYTES, parse_metadata
-from actors.bags.records import FileSummary, TopicCount
-from actors.bags.writer import DROPPED_KEY
+from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, Filter, Order, open_regular
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Collection, Iterator, Mapping
     from types import TracebackType
     from typing import Self
 
-    from actors.bags.files import BagFile, FileContents
-    from actors.bags.records import BagMessage, BagMetadata, BagTopic
+    from actors.bags.contents.records import BagMessage, BagTopic
+    from actors.bags.storage.bag_file import BagFile, FileContents
 
 MAX_FILES: Final = 100_000
-"""Files of a bag."""
+"""Limit for the files of a bag."""
 MAX_REORDERED: Final = 100_000
 MAX_REORDERED_BYTES: Final = 64 * 1024 * 1024
-"""Messages that are held so that they come by their publish times, and their bytes."""
+"""Limits for the messages, and their bytes, that are held back to sort them by publish time."""
 _BATCH: Final = 100
-"""Messages that `async for` reads at once in a thread."""
+"""Messages that `async for` reads in a thread at once: for single ones, the thread would cost too much."""
 _SUFFIXES: Final = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _DIGITS: Final = re.compile(r"(\d+)")
 
 
-@dataclass(frozen=True)
-class BagSummary:
-    """What a bag has.
+@dataclass(frozen=True, kw_only=True)
+class BagSummary(BagMetadata):
+    """A summary of a bag: the values of metadata.yaml, and what only its files tell.
+
+    Without metadata.yaml, its version is 0, and the other values are taken from the files.
 
     Attributes:
         path: The bag.
-        files: Its files, with what each has.
-        size: Bytes of its files.
-        storage_identifier: "mcap" or "sqlite3".
-        topics: Its topics, and the number of messages of each.
-        start_ns: Log time of the first message; 0 if there is none.
-        duration_ns: From the first to the last message.
-        message_count: All messages.
-        compression_format: Such as "zstd", if files or messages are compressed; "" otherwise.
-        compression_mode: "file", "message" or "".
-        custom_data: What the one who recorded it has added.
-        ros_distro: The distribution of ROS 2, "callboard", or "".
-        version: Of metadata.yaml; 0 if there is none.
-        dropped: Messages that were lost while it was recorded, by topic, if callboard has recorded it.
-        problems: What cannot be read of it, each in one sentence.
+        size: Size of all files in bytes.
+        dropped: Number of messages that were lost while callboard recorded, by topic.
+        problems: What cannot be read, each problem in one sentence.
     """
 
     path: Path
-    files: tuple[FileSummary, ...]
     size: int
-    storage_identifier: str
-    topics: tuple[TopicCount, ...]
-    start_ns: int = 0
-    duration_ns: int = 0
-    message_count: int = 0
-    compression_format: str = ""
-    compression_mode: str = ""
-    custom_data: Mapping[str, str] = field(default_factory=dict[str, str])
-    ros_distro: str = ""
-    version: int = 0
     dropped: Mapping[str, int] = field(default_factory=dict[str, int])
     problems: tuple[str, ...] = ()
 
@@ -98,18 +77,19 @@ class Reader:
 
     Args:
         path: The folder of a bag, with or without metadata.yaml, or a file of one.
-        max_chunk_bytes: The most bytes of a chunk after decompression, and of a message.
-        believe_metadata: Whether metadata.yaml says which files there are, and from when to when; otherwise
-            the folder's files do, and only what they cannot say is taken from it.
-        salvage: Whether to give all that is whole of damaged MCAP files; each is read as a whole first.
+        max_chunk_bytes: Limit for a chunk after decompression, and for a message.
+        believe_metadata: Whether to take the names and times of files from metadata.yaml. If False, they are
+            taken from the files in the folder, and metadata.yaml only adds what these do not contain.
+        salvage: Whether to read all whole chunks of damaged MCAP files, which reads each file completely
+            before its first message.
 
     Attributes:
         path: As given.
-        damages: What is damaged of the files that have been opened, with `salvage`.
+        damages: With `salvage`, the damages found so far, by file.
 
     Raises:
         BagError: It cannot be read.
-        BagNotFoundError: There is no bag.
+        BagNotFoundError: There is no bag at the path.
         InvalidBagError: Its metadata.yaml is damaged.
         MissingExtraError: The extra `bags` is not installed.
     """
@@ -143,13 +123,13 @@ class Reader:
         self.close()
 
     def close(self) -> None:
-        """Close its files; iterators over its messages end."""
+        """Close its files. Iterators over its messages cannot be used any more."""
         while self._files:
             self._files.popitem()[1].close()
 
     @property
     def metadata(self) -> BagMetadata | None:
-        """What metadata.yaml says; None if there is none."""
+        """The values of metadata.yaml; None if the file is missing."""
         return self._metadata
 
     @property
@@ -174,21 +154,21 @@ class Reader:
             paths = self._found_files()
         else:
             self._problems.append(
-                f"{file} is missing: its recorder was killed; callboard bag reindex {self.path} writes it"
+                f"{file} is missing: the recorder was killed; to write it: callboard bag reindex {self.path}"
             )
             paths = self._found_files()
         if len(paths) > MAX_FILES:
-            raise InvalidBagError(file, "", f"it names {len(paths):,} files; at most {MAX_FILES:,} are read")
+            raise InvalidBagError(file, "", f"it has {len(paths):,} files; the limit is {MAX_FILES:,}")
         return paths
 
     def _found_files(self) -> list[Path]:
         paths = sorted((each for each in self.path.iterdir() if _is_bag_file(each)), key=_natural)
         if not paths:
-            raise BagNotFoundError(f"{self.path} is no bag: it has neither {FILE_NAME} nor files of a bag")
+            raise BagNotFoundError(f"{self.path} is not a bag: it has no {FILE_NAME}, .mcap or .db3 file")
         return paths
 
     def open_file(self, path: Path) -> BagFile:
-        """Return a file of the bag, open; `close` closes it.
+        """Open a file of the bag, if it is not open yet, and return it; `close` closes it.
 
         Args:
             path: One of `paths`.
@@ -198,7 +178,7 @@ class Reader:
         """
         found = self._files.get(path)
         if found is None:
-            from actors.bags.mcap_reader import McapFile  # noqa: PLC0415 - needs the extra
+            from actors.bags.storage.mcap_reader import McapFile  # noqa: PLC0415 - needs the extra
 
             mode = "" if self._metadata is None else self._metadata.compression_mode
             found = self._files[path] = _open(
@@ -209,7 +189,7 @@ class Reader:
         return found
 
     def contents_of(self, path: Path) -> FileContents:
-        """Return what a file of the bag has.
+        """Return a summary of a file of the bag.
 
         Args:
             path: One of `paths`.
@@ -221,7 +201,7 @@ class Reader:
             was_open = path in self._files
             self._contents[path] = self.open_file(path).contents()
             if not was_open and len(self._paths) > 1:
-                # A bag may have more files than a process.
+                # A bag may have more files than a process may have open.
                 self._files.pop(path).close()
         return self._contents[path]
 
@@ -231,22 +211,22 @@ class Reader:
         return tuple(each.topic for each in self._counted())
 
     def _counted(self) -> tuple[TopicCount, ...]:
-        """Return the topics of all files, and of metadata.yaml, each once."""
+        """Return the topics of all files and of metadata.yaml, each once."""
         counts: Counter[BagTopic] = Counter()
         for path in self._paths:
             for each in self.contents_of(path).topics:
                 counts[each.topic] += each.message_count
         known = {(topic.name, topic.type_name) for topic in counts}
         for each in () if self._metadata is None or not self._believes else self._metadata.topics:
-            if (each.topic.name, each.topic.type_name) not in known:  # without messages
+            if (each.topic.name, each.topic.type_name) not in known:  # a topic without messages
                 counts[each.topic] += 0
         return tuple(TopicCount(topic, count) for topic, count in counts.items())
 
     def summary(self, *, quick: bool = True) -> BagSummary:
-        """Return what the bag has.
+        """Return a summary of the bag.
 
         Args:
-            quick: Believe metadata.yaml, if there is one; otherwise what the files have counts.
+            quick: Whether to take it from metadata.yaml, if there is one, rather than from the files.
 
         Raises:
             BagError: As for the class.
@@ -256,7 +236,6 @@ class Reader:
             return self._stated(metadata)
         files: list[FileSummary] = []
         problems = list(self._problems)
-        custom_data: dict[str, str] = dict(metadata.custom_data) if metadata else {}
         dropped: Counter[str] = Counter()
         for path in self._paths:
             contents = self.contents_of(path)
@@ -268,20 +247,19 @@ class Reader:
         filled = [each for each in files if each.message_count]
         start_ns = min((each.start_ns for each in filled), default=0)
         end_ns = max((each.start_ns + each.duration_ns for each in filled), default=0)
-        return BagSummary(
-            path=self.path,
-            files=tuple(files),
-            size=sum(self.contents_of(path).size for path in self._paths),
+        found = replace(
+            metadata or BagMetadata(version=0, storage_identifier=""),
             storage_identifier="sqlite3" if ".db3" in self._paths[0].suffixes else "mcap",
+            files=tuple(files),
             topics=self._counted(),
             start_ns=start_ns,
             duration_ns=end_ns - start_ns,
             message_count=sum(each.message_count for each in files),
-            compression_format=metadata.compression_format if metadata else "",
-            compression_mode=metadata.compression_mode if metadata else "",
-            custom_data=custom_data,
-            ros_distro=metadata.ros_distro if metadata else "",
-            version=metadata.version if metadata else 0,
+        )
+        return BagSummary(
+            **vars(found),
+            path=self.path,
+            size=sum(self.contents_of(path).size for path in self._paths),
             dropped=dict(dropped),
             problems=tuple(problems),
         )
@@ -294,19 +272,9 @@ class Reader:
             except OSError as error:
                 problems.append(f"{path}: {error.strerror}")
         return BagSummary(
+            **vars(metadata),
             path=self.path,
-            files=metadata.files,
             size=size,
-            storage_identifier=metadata.storage_identifier,
-            topics=metadata.topics,
-            start_ns=metadata.start_ns,
-            duration_ns=metadata.duration_ns,
-            message_count=metadata.message_count,
-            compression_format=metadata.compression_format,
-            compression_mode=metadata.compression_mode,
-            custom_data=metadata.custom_data,
-            ros_distro=metadata.ros_distro,
-            version=metadata.version,
             dropped=_stated_losses(metadata.custom_data),
             problems=tuple(problems),
         )
@@ -321,15 +289,14 @@ class Reader:
         """Yield messages.
 
         Args:
-            topics: Names of topics; None: all.
-            start_ns: The least log time; None: all.
-            end_ns: The greatest log time; None: all.
-            order: "log": by the time when they were received; "publish": by the time when they were
-                published, as far as at most `MAX_REORDERED` messages are late; "file": as they are in the
-                files.
+            topics: Names of topics; None for all.
+            start_ns: Least log time; None for no limit.
+            end_ns: Greatest log time; None for no limit.
+            order: "log": by log time (reception); "publish": by publish time, as far as sorting
+                `MAX_REORDERED` messages at a time allows; "file": as they are stored in the files.
 
         Raises:
-            BagError: As for the class; what comes before the damage has been yielded then.
+            BagError: As for the class. Messages before the damage have been yielded by then.
         """
         chosen = Filter(None if topics is None else frozenset(topics), start_ns, end_ns)
         order = Order(order)
@@ -348,7 +315,7 @@ class Reader:
             self._files.pop(path).close()
 
     def _merged(self, chosen: Filter) -> Iterator[BagMessage]:
-        """Yield the messages of all files by log time; a file is opened when its first message is due."""
+        """Yield the messages of all files by log time. A file is opened when its first message is next."""
         waiting: list[tuple[int, int, Path]] = []
         for number, path in enumerate(self._paths):
             start_ns, end_ns, count = self._span(path)
@@ -380,7 +347,7 @@ class Reader:
             heapq.heappush(heap, (following.log_time_ns, number, following, messages))
 
     def _span(self, path: Path) -> tuple[int, int, int]:
-        """Return the times of a file's first and last message, and how many it has."""
+        """Return the log times of a file's first and last message, and the number of its messages."""
         for each in () if self._metadata is None or not self._believes else self._metadata.files:
             if each.path == path.name and each.message_count:
                 return each.start_ns, each.start_ns + each.duration_ns, each.message_count
@@ -403,15 +370,15 @@ def _is_bag_file(path: Path) -> bool:
 
 
 def _natural(path: Path) -> list[tuple[bool, int, str]]:
-    """Return a key by which bag_2 comes before bag_10."""
+    """Return a sort key that puts bag_2 before bag_10."""
     parts = _DIGITS.split(path.name)
     return [(each.isdecimal(), int(each[:18]) if each.isdecimal() else 0, each) for each in parts]
 
 
 def _open(path: Path, max_chunk_bytes: int, *, messages_compressed: bool) -> BagFile:
-    """Open a file by its first bytes."""
-    from actors.bags import mcap_frames, mcap_reader, sqlite  # noqa: PLC0415 - needs the extra
-    from actors.bags.compressed import ZSTD_MAGIC, CompressedMessages, decompressed_file  # noqa: PLC0415
+    """Open a file in the format that its first bytes show."""
+    from actors.bags.storage import mcap_frames, mcap_reader, sqlite  # noqa: PLC0415 - needs the extra
+    from actors.bags.storage.compressed import ZSTD_MAGIC, CompressedMessages, decompressed_file  # noqa: PLC0415
 
     with open_regular(path) as file:
         first = file.read(16)
@@ -426,14 +393,12 @@ def _open(path: Path, max_chunk_bytes: int, *, messages_compressed: bool) -> Bag
         opened = sqlite.SqliteFile(path)
     else:
         what = "it is empty" if not first else "it is neither an MCAP nor a SQLite file"
-        raise InvalidBagError(
-            path, "", f"{what}; callboard bag info takes the folder of a bag, or such a file"
-        )
+        raise InvalidBagError(path, "", f"{what}; expected the folder of a bag, or such a file")
     return CompressedMessages(opened, max_chunk_bytes) if messages_compressed else opened
 
 
 def _by_publish_time(messages: Iterator[BagMessage]) -> Iterator[BagMessage]:
-    """Yield messages by publish time, holding back a limited number."""
+    """Yield messages by publish time; hold back a limited number to sort them."""
     heap: list[tuple[int, int, BagMessage]] = []
     held = 0
     for number, message in enumerate(messages):
@@ -456,6 +421,6 @@ def _stated_losses(custom_data: Mapping[str, str]) -> dict[str, int]:
 
 
 def _counts(losses: Mapping[str, object]) -> dict[str, int]:
-    """Return numbers of lost messages; the file may say anything."""
+    """Return the numbers of lost messages; skip what is not a number, as a file may contain anything."""
     texts = {name: str(count) for name, count in losses.items()}
     return {name: int(text) for name, text in texts.items() if text.isdecimal() and len(text) < 19}

@@ -4,7 +4,7 @@
         number = bag.add_topic(BagTopic.of_class("/chatter", String, [QoSProfile(depth=10)]))
         bag.write(number, cdr.encode(String(data="hello")), time.time_ns(), time.time_ns())
 
-A writer blocks while it writes, and belongs to one thread.
+A writer blocks while it writes, and must be used in one thread only.
 """
 
 from __future__ import annotations
@@ -15,10 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bags.errors import BagExistsError, write_error
+from actors.bags.contents.metadata import (
+    DROPPED_KEY,
+    FILE_NAME,
+    LOSSES_KEY,
+    VERSION,
+    metadata_fields,
+    metadata_text,
+)
+from actors.bags.contents.records import BagMetadata, FileSummary, TopicCount
+from actors.bags.errors import BagExistsError, InvalidBagOptionError, write_error
 from actors.bags.extra import require_extra
-from actors.bags.metadata import FILE_NAME, VERSION, metadata_fields, metadata_text
-from actors.bags.records import BagMetadata, FileSummary, TopicCount
 from actors.interfaces.yaml_writer import block_text
 from actors.qos.profile import DurabilityPolicy
 
@@ -27,18 +34,14 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from actors.bags.mcap_writer import McapFileWriter
-    from actors.bags.records import BagTopic
+    from actors.bags.contents.records import BagTopic
+    from actors.bags.storage.mcap_writer import McapFileWriter
 
-DROPPED_KEY: Final = "callboard.dropped"
-"""Custom data, and a Metadata record: lost messages by topic, as JSON and as numbers."""
-LOSSES_KEY: Final = "callboard.losses"
-"""Custom data: what else is known of lost messages, by topic, as JSON."""
 MIN_BAG_SIZE: Final = 1024
-"""The least size at which a bag can be split; rosbag2's."""
+"""Least value of max_bag_size, as in rosbag2."""
 MAX_LATCHED: Final = 10_000
 MAX_LATCHED_BYTES: Final = 64 * 1024 * 1024
-"""Latched values that are repeated at the start of each file, and their bytes; the oldest are left out."""
+"""Limits for the latched messages, and their bytes, that each file repeats at its start: the newest."""
 _NS: Final = 1_000_000_000
 
 
@@ -66,7 +69,7 @@ class _Topic:
     topic: BagTopic
     is_latched: bool
     channel: int
-    """Its number in the present file."""
+    """Its number in the file that is being written."""
 
 
 @dataclass
@@ -81,25 +84,25 @@ class Writer:
 
     Args:
         path: The folder, which must not exist. Its files are named after it.
-        max_bag_size: Bytes after which the next file begins; 0: never.
-        max_bag_duration_sec: Seconds of log time after which the next file begins; 0: never.
-        max_splits: The most files that are kept; for one more, the oldest is deleted; 0: all are kept.
-        compression: Of chunks: "none", "zstd" or "lz4".
-        chunk_size: Bytes after which a chunk is written; None: rosbag2's default.
-        fsync: Whether what is written is on the disk at once, and so survives a loss of power.
-        custom_data: Texts for metadata.yaml.
+        max_bag_size: Size in bytes at which a new file starts; 0 for never.
+        max_bag_duration_sec: Seconds of log time after which a new file starts; 0 for never.
+        max_splits: Number of files to keep: when another one starts, the oldest is deleted; 0 for all.
+        compression: Compression of chunks: "none", "zstd" or "lz4".
+        chunk_size: Size in bytes at which a chunk is written; None for rosbag2's default.
+        fsync: Whether to sync each chunk to the disk, so that it survives a power loss.
+        custom_data: Strings for metadata.yaml, by name.
 
     Attributes:
         path: The folder.
-        reordered: Messages whose log time was before that of an earlier one. They have its time in the bag,
-            since readers disagree about files in which time goes back.
-        files: Files that have been finished; more if `max_splits` has removed some.
+        reordered: Number of messages whose log time was before that of the preceding message. They get the
+            preceding time, since some readers fail if time goes back.
+        files: Number of finished files, including those that `max_splits` has deleted.
 
     Raises:
-        BagExistsError: There is something at `path`.
-        BagWriteError: The folder cannot be made.
+        BagExistsError: `path` exists.
+        BagWriteError: The folder cannot be created.
         MissingExtraError: The extra `bags` is not installed.
-        ValueError: A limit or the compression is not allowed.
+        InvalidBagOptionError: A limit or the compression is invalid.
     """
 
     def __init__(
@@ -116,9 +119,11 @@ class Writer:
     ) -> None:
         require_extra()
         if max_bag_size < 0 or 0 < max_bag_size < MIN_BAG_SIZE:
-            raise ValueError(f"max_bag_size is 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}")
+            raise InvalidBagOptionError(
+                f"max_bag_size must be 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}"
+            )
         if max_bag_duration_sec < 0 or max_splits < 0:
-            raise ValueError("max_bag_duration_sec and max_splits cannot be negative")
+            raise InvalidBagOptionError("max_bag_duration_sec and max_splits cannot be negative")
         self.path = Path(path)
         self._max_bytes = max_bag_size
         self._max_ns = round(max_bag_duration_sec * _NS)
@@ -129,7 +134,7 @@ class Writer:
         self._custom_data = dict(custom_data or {})
         self._losses: dict[str, int] = {}
         self._refused: defaultdict[str, int] = defaultdict(int)
-        """Messages for which the next file could not be begun, by topic."""
+        """Messages that could not be written because the next file could not be started, by topic."""
         self._details: dict[str, Any] = {}
         self._topics: list[_Topic] = []
         self._numbers: dict[tuple[str, str, str], int] = {}
@@ -163,19 +168,19 @@ class Writer:
 
     @property
     def file(self) -> Path:
-        """The path of the file that is written now."""
+        """The path of the file that is being written."""
         return self._file.path
 
     def _open_file(self) -> McapFileWriter:
-        from actors.bags.mcap_writer import McapFileWriter  # noqa: PLC0415 - needs the extra
+        from actors.bags.storage.mcap_writer import McapFileWriter  # noqa: PLC0415 - needs the extra
 
         return McapFileWriter(self.path / f"{self.path.name}_{self.files}.mcap", **self._options)
 
     def add_topic(self, topic: BagTopic) -> int:
-        """Add a topic, and return its number.
+        """Add a topic; return its number.
 
         Args:
-            topic: The topic. One with the same name, type and definition has the same number.
+            topic: The topic. Adding one with the same name, type and definition again returns its number.
 
         Raises:
             BagError: There are too many topics.
@@ -201,15 +206,15 @@ class Writer:
 
         Args:
             number: The topic's number.
-            data: The message, CDR with its header. It is kept until its chunk is written.
-            log_time_ns: When it was received, in nanoseconds since 1970.
-            publish_time_ns: When it was published.
-            sequence: Its number.
-            latched_key: Names its publisher, such as by its gid, so that the newest value of each publisher
-                of a TRANSIENT_LOCAL topic is repeated at the start of each file; None: it is not repeated.
+            data: The message, CDR with its header. It must not change until its chunk is written.
+            log_time_ns: Time of reception, in nanoseconds since 1970.
+            publish_time_ns: Time of publication, in nanoseconds since 1970.
+            sequence: The publisher's number for the message.
+            latched_key: Identifies the publisher, such as by its gid. On a TRANSIENT_LOCAL topic, each file
+                starts with the newest message of each key. None: do not repeat this message.
 
         Raises:
-            BagWriteError: A file cannot be written. The bag should be closed then.
+            BagWriteError: A file could not be written. Close the bag then.
         """
         if log_time_ns < self._last_ns:
             self.reordered += 1
@@ -232,18 +237,18 @@ class Writer:
         self._file.write(topic.channel, data, log_time_ns, publish_time_ns, sequence)
 
     def flush(self) -> None:
-        """Write the chunk so far, and hand it to the operating system.
+        """Close the open chunk and hand it to the operating system.
 
         Raises:
-            BagWriteError: It cannot be written.
+            BagWriteError: It could not be written.
         """
         self._file.flush()
 
     def split(self) -> None:
-        """Finish the file, and begin the next, in which the latched values come first.
+        """Finish the file, and start the next one with the latched messages.
 
         Raises:
-            BagWriteError: A file cannot be written.
+            BagWriteError: A file could not be written.
         """
         self._finish_file()
         self._write_metadata()
@@ -260,17 +265,17 @@ class Writer:
             self._file_start_ns = self._last_ns
 
     def set_losses(self, losses: Mapping[str, int], details: Mapping[str, Any] | None = None) -> None:
-        """Set what the bag says of lost messages; `callboard bag info` shows it.
+        """Set the counts of lost messages that the bag states; `callboard bag info` shows them.
 
         Args:
-            losses: The number of messages that were not recorded, by topic.
-            details: What else is known of them, by topic, for metadata.yaml: plain data.
+            losses: Number of messages that were not recorded, by topic.
+            details: Further details by topic, for metadata.yaml: data that JSON can represent.
         """
         self._losses = dict(losses)
         self._details = dict(details or {})
 
     def lost(self) -> dict[str, int]:
-        """Return the messages that were given to `write` and are in no file, by topic: the disk was full."""
+        """Return the number of messages that `write` accepted and that could not be written, by topic."""
         numbers = {each.channel: each.topic.name for each in self._topics}
         found = defaultdict(int, self._refused)
         for channel, count in self._file.lost.items():
@@ -281,7 +286,7 @@ class Writer:
         """Finish the bag; a second call does nothing.
 
         Raises:
-            BagWriteError: Not everything could be written. What was written is a bag nevertheless.
+            BagWriteError: A part could not be written. The rest is a complete bag nevertheless.
         """
         if self._is_closed:
             return
@@ -292,14 +297,14 @@ class Writer:
             self._write_metadata()
 
     def _finish_file(self) -> None:
-        """Close the file, and remember what it has; after a failure, once and not again."""
+        """Close the file, and keep its summary; do nothing if that has been tried, even if it failed."""
         if self._is_file_finished:
             return
         self._is_file_finished = True
         file = self._file
         try:
             file.flush()
-            # Readers of single files have it from here; topics without messages are in no other record.
+            # For readers of a single file. Topics without messages appear in no other record of the file.
             text = block_text(metadata_fields(self._metadata([self._summary_of(file)])))
             file.add_metadata("rosbag2", {"serialized_metadata": text})
             if self._all_losses():
@@ -355,14 +360,14 @@ class Writer:
 
 
 def write_metadata(folder: Path, metadata: BagMetadata) -> None:
-    """Write metadata.yaml into the folder of a bag, in place of one that is there.
+    """Write metadata.yaml into the folder of a bag, replacing an existing one.
 
     Args:
         folder: The folder.
-        metadata: What it says.
+        metadata: The values.
 
     Raises:
-        BagWriteError: It cannot be written; one that was there is unchanged.
+        BagWriteError: It could not be written; an existing one is unchanged.
     """
     path = folder / FILE_NAME
     part = path.with_name(f"{FILE_NAME}.part")

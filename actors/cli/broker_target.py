@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
@@ -18,10 +18,13 @@ from proto.errors import ProtocolError
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Generator
+    from collections.abc import AsyncGenerator, Generator
+    from contextlib import AbstractAsyncContextManager
 
     from actors.graph.inspector import Inspector
     from proto.errors import CallboardError
+
+T = TypeVar("T")
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
 DIAGNOSIS_SEC: Final = 0.5
@@ -98,6 +101,29 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
             yield inspector
     except BrokerUnreachable as error:
         raise BrokerUnreachable(f"{error}. {start_hint(inspector.url)}") from None
+
+
+@asynccontextmanager
+async def connected(entering: AbstractAsyncContextManager[T], target: BrokerTarget) -> AsyncGenerator[T]:
+    """Enter something that connects a node of its own to a broker; leave it at the end.
+
+    Args:
+        entering: A node, or what has one.
+        target: Its broker.
+
+    Raises:
+        BrokerUnreachable: No broker answered; the text says how to start one, or that another program has the
+            port.
+        ProtocolError: Another protocol is spoken there.
+    """
+    import asyncio  # noqa: PLC0415 - an inspector needs none
+
+    async with AsyncExitStack() as stack:
+        try:
+            entered = await stack.enter_async_context(entering)
+        except BrokerUnreachable:
+            raise await asyncio.to_thread(why_unreachable, target) from None
+        yield entered
 
 
 def why_unreachable(target: BrokerTarget) -> CallboardError:

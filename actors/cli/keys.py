@@ -2,15 +2,37 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import aclosing, asynccontextmanager, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from actors.cli.stdin import pieces
+from proto.aio.tasks import cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Generator
+    from collections.abc import AsyncGenerator, Awaitable, Callable, Generator
+
+
+@asynccontextmanager
+async def handling_keys(handle: Callable[[str], Awaitable[object]]) -> AsyncGenerator[None]:
+    """Call a function with each key that is pressed, as `keys` yields it, until the context is left.
+
+    Args:
+        handle: Gets a key. What it raises is logged, and the next key is handled.
+    """
+
+    async def read() -> None:
+        async with aclosing(keys()) as pressed:
+            async for key in pressed:
+                await handle(key)
+
+    task = asyncio.create_task(keep_running("Reading keys", read))
+    try:
+        yield
+    finally:
+        await cancel_and_wait(task)
 
 
 async def keys() -> AsyncGenerator[str]:

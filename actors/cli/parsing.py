@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from actors.cli.errors import USAGE
 from actors.cli.table import load
 from actors.cli.terminal import columns
+from actors.config import environment
 from actors.tools.suggestions import did_you_mean
 from proto.limits import MAX_DOMAIN
 
@@ -31,6 +32,7 @@ QOS_POLICIES: Final = {
     "liveliness": ("system_default", "automatic", "manual_by_topic", "unknown", "best_available"),
 }
 """The values of its policies."""
+LOG_LEVELS: Final = tuple(each.lower() for each in environment.LOG_LEVELS)
 IGNORED: Final = "accepted for ROS 2's sake:"
 """How the help of an option begins that changes nothing."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
@@ -248,6 +250,18 @@ def add_print_options(parser: Parser, *, live: bool = True) -> None:
     add_json_option(parser, "one document per line, never truncated")
 
 
+def add_field_options(parser: Parser) -> None:
+    """Add the options that choose messages by an expression, and a part of each."""
+    parser.add_argument(
+        "--field", metavar="PATH", help="only this part, such as pose.position.x or points[0]"
+    )
+    parser.add_argument(
+        "--filter",
+        metavar="EXPR",
+        help="only messages for which this Python expression about m holds (it is evaluated): 'm.data > 3'",
+    )
+
+
 def domain(text: str) -> int:
     """Read a domain id."""
     if not re.fullmatch(r"[0-9]{1,3}", text) or int(text) > MAX_DOMAIN:
@@ -266,6 +280,13 @@ def count_or_zero(text: str) -> int:
     """Read an integer of 0 or more."""
     if not re.fullmatch(r"[0-9]{1,9}", text):
         raise argparse.ArgumentTypeError(f"expected an integer of 0 or more, got '{text}'")
+    return int(text)
+
+
+def size(text: str) -> int:
+    """Read a number of bytes, of 0 or more."""
+    if not re.fullmatch(r"[0-9]{1,15}", text):
+        raise argparse.ArgumentTypeError(f"expected a number of bytes, got '{text}'")
     return int(text)
 
 

@@ -45,16 +45,16 @@ DIFFERENCES: Final = {
 _BEHAVIOUR: Final = {
     "`bag check`, `bag echo`, `bag recover`, `bag export`": "ROS 2 has no such verbs.",
     "`bag info`": (
-        "It takes a file of a bag, too, and one whose end is missing. It prints how many messages were lost "
+        "It also takes a single file, and files whose end is missing. It prints how many messages were lost "
         "while callboard recorded. `-v` prints the bytes of topics only."
     ),
-    "`bag list`": "It lists formats: nothing of them is a plugin.",
-    "`bag reindex`": "It reads files whose end is missing as far as they go, and says which these are.",
+    "`bag list`": "It lists formats; callboard has no plugins.",
+    "`bag reindex`": "It reads files whose end is missing up to the last whole chunk, and names them.",
     "`bag record`": (
         "The node's name is `bag_recorder`. `--compression` is callboard's; `--compression-mode file` and "
-        "`message` compress the chunks of files, too, so that all readers of MCAP read them. Each file "
-        "begins with the newest latched messages. A topic that is named is awaited, so that its first "
-        "message is recorded. 10,000 messages of a topic may wait rather than 10."
+        "`message` compress messages in chunks, too, so that all readers of MCAP can read them. Each file "
+        "starts with the newest latched messages. A named topic need not exist yet: its first message is "
+        "recorded. 10,000 messages of a topic may wait rather than 10."
     ),
     "all verbs": (
         "Options cannot be abbreviated (`--trunc` for `--truncate-length`). Exit codes tell failures apart, "

@@ -1,6 +1,7 @@
-"""Playing: the node that publishes what a bag has.
+"""Playing: the node that publishes the messages of a bag.
 
-Pure: `schedule.py` (when which message is due) and `playing_qos.py` (what is offered). `read_ahead.py` has
-the thread that reads and converts, `bag_source.py` what it reads; `player.py` is the node, with the services
-of `services.py`. Imports the files of bags, the selection of the recorder, node and the packages below it.
+Pure: `schedule.py` (when messages are due) and `playing_qos.py` (the QoS of the publishers). The thread of
+`read_ahead.py` reads and converts the messages of `bag_source.py`; `player.py` is the node, with the services
+of `services.py`. Imports the reader and the contents of bags, the modules that the recorder uses, too, node
+and the packages below it.
 """

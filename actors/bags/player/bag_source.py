@@ -1,14 +1,14 @@
-"""What a player reads: the chosen topics of a bag, converted. Blocking; used in one thread."""
+"""Reads and converts the selected topics of a bag. Blocking; used in the player's thread."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.bags.files import Order
-from actors.bags.player.errors import InvalidPlayingError
-from actors.bags.player.played_topic import PlayedTopic, QueuedMessage
+from actors.bags.contents.records import CDR
+from actors.bags.errors import BagError
+from actors.bags.player.played_topic import DueMessage, PlayedTopic
 from actors.bags.reader import Reader
-from actors.bags.records import CDR
+from actors.bags.storage.bag_file import Order
 from actors.interfaces.errors import InvalidMessageError
 from proto.errors import CallboardError
 from proto.untrusted_text import escape
@@ -17,27 +17,26 @@ if TYPE_CHECKING:
     from collections.abc import Generator
     from pathlib import Path
 
-    from actors.bags.recorder.selection import Selection
+    from actors.bags.selection import Selection
 
 
 class BagSource:
-    """The topics of a bag that are played.
+    """The topics of a bag to play, and their messages.
 
     Args:
         path: The bag.
-        selection: Which topics.
-        excluded: Names of topics that are not played in any case.
-        order: By which time messages are due.
+        selection: The topics to play.
+        excluded: Names of topics not to play, even if they are selected.
+        order: The times by which messages are played.
 
     Attributes:
-        topics: The topics.
-        problems: Why other topics that were chosen cannot be played, each in one sentence.
-        start_ns: The time of the bag's first message.
-        end_ns: The time of its last message.
+        topics: The topics that can be played.
+        problems: Why other selected topics cannot be played, each in one sentence.
+        start_ns: Log time of the bag's first message.
+        end_ns: Log time of its last message.
 
     Raises:
-        BagError: The bag cannot be read.
-        InvalidPlayingError: It has no messages.
+        BagError: The bag cannot be read, or has no messages.
     """
 
     def __init__(self, path: Path, selection: Selection, excluded: frozenset[str], order: Order) -> None:
@@ -46,17 +45,17 @@ class BagSource:
         self.topics: list[PlayedTopic] = []
         self.problems: list[str] = []
         try:
-            # What the files say, and not metadata.yaml: it has no definitions of types.
+            # From the files, since metadata.yaml has no definitions of types.
             summary = self._reader.summary(quick=False)
             if not summary.message_count:
-                raise InvalidPlayingError(f"{path} has no messages")
+                raise BagError(f"{path} has no messages")
             for counted in summary.topics:
                 topic = counted.topic
                 if topic.name in excluded or not selection.selects_name(topic.name, topic.type_name):
                     continue
                 try:
                     if topic.encoding != CDR:
-                        raise InvalidPlayingError(f"its messages are {escape(topic.encoding)}, not CDR")
+                        raise BagError(f"its messages are {escape(topic.encoding)}, not CDR")
                     self.topics.append(PlayedTopic(topic))
                 except (CallboardError, TypeError) as error:
                     if counted.message_count:
@@ -68,11 +67,11 @@ class BagSource:
         self.problems += summary.problems
         self._by_key = {each.bag_topic.key: each for each in self.topics}
 
-    def messages(self, from_ns: int | None) -> Generator[QueuedMessage]:
-        """Yield messages as msgpack, in their order; count those that are invalid.
+    def messages(self, from_ns: int | None) -> Generator[DueMessage]:
+        """Yield messages as msgpack, in order; count invalid ones instead.
 
         Args:
-            from_ns: The least time; None: all.
+            from_ns: Least time; None for no limit.
 
         Raises:
             BagError: The bag is damaged.
@@ -80,7 +79,7 @@ class BagSource:
         by_publish_time = self._order is Order.PUBLISH
         names = {each.name for each in self.topics}
         start_ns = None if by_publish_time else from_ns
-        # The reader gives the same object for all messages of a topic of a file, and keeps it.
+        # By identity: the reader yields one object for all messages of a topic in a file, and keeps it alive.
         known: dict[int, tuple[object, PlayedTopic | None]] = {}
         for bag_topic, data, log_time_ns, publish_time_ns, _ in self._reader.messages(
             names, start_ns, order=self._order
@@ -95,7 +94,7 @@ class BagSource:
             if topic is None or topic.publisher is None:
                 continue
             try:
-                yield QueuedMessage(topic, topic.to_msgpack(data), time_ns, publish_time_ns)
+                yield DueMessage(topic, topic.to_msgpack(data), time_ns, publish_time_ns)
             except InvalidMessageError as error:
                 topic.invalid += 1
                 topic.problem = str(error)

@@ -1,4 +1,4 @@
-"""A topic that is played: how its messages are converted, and what has become of them."""
+"""A played topic: converts its messages, and counts them."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ if TYPE_CHECKING:
 
     from typing_extensions import Buffer
 
-    from actors.bags.records import BagTopic
+    from actors.bags.contents.records import BagTopic
     from actors.endpoints.publisher.publisher import Publisher
     from actors.interfaces.message import Message
 
 
 class PlayedTopic:
-    """A topic that is played.
+    """A played topic.
 
     Args:
-        bag_topic: It, as the bag has it.
+        bag_topic: The topic in the bag.
 
     Attributes:
         bag_topic: As given.
         msg_type: The class of its messages.
-        publisher: Publishes them; None: they are not played.
-        published: Messages that have been published.
-        invalid: Messages that are none of the type. The reading thread's.
-        problem: Why the newest of these is none.
+        publisher: Publishes the messages; None if they cannot be played.
+        published: Number of published messages.
+        invalid: Number of messages that cannot be decoded; only the reading thread changes it.
+        problem: Why the newest invalid message could not be converted; "" if there is none to report.
 
     Raises:
         InterfaceSyntaxError, InvalidMessageError, UnknownInterfaceError: There is no class for its messages.
-        TypeError: One of the class's fields has no type of ROS.
+        TypeError: A field of the class has no ROS type.
     """
 
     __slots__ = (
@@ -63,23 +63,23 @@ class PlayedTopic:
         return self.bag_topic.name
 
     def to_msgpack(self, data: bytes) -> bytes:
-        """Return a message as msgpack.
+        """Convert a message to msgpack.
 
         Args:
-            data: It as CDR.
+            data: The message as CDR.
 
         Raises:
-            InvalidMessageError: It is not a message of this type, or would take too much memory.
+            InvalidMessageError: It is not a message of this type, or would need too much memory.
         """
         return self._encode(self._decode(data))
 
 
-class QueuedMessage(NamedTuple):
-    """A message that waits until it is due."""
+class DueMessage(NamedTuple):
+    """A message to publish at a time of the bag."""
 
     topic: PlayedTopic
     data: bytes
-    """As msgpack."""
+    """The message as msgpack."""
     time_ns: int
-    """The time of the bag when it is due."""
+    """The time of the bag at which it is due."""
     publish_time_ns: int

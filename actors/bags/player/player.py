@@ -1,10 +1,10 @@
-"""The node that plays.
+"""The node that plays a bag.
 
     async with Player("trip", options=PlayerOptions(rate=2)) as player:
         await player.wait()
 
-A thread reads and converts (`read_ahead.py`); the event loop waits until a message is due (`schedule.py`),
-and publishes it with the time when it was published first.
+A thread reads and converts messages (`read_ahead.py`). The event loop waits until a message is due
+(`schedule.py`), and publishes it with its original publish time.
 """
 
 from __future__ import annotations
@@ -13,27 +13,25 @@ import asyncio
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self, Unpack
+from typing import TYPE_CHECKING, Final, Self, Unpack
 
-from actors.bags.errors import BagError
 from actors.bags.player.bag_source import BagSource
 from actors.bags.player.options import PlayerOptions
 from actors.bags.player.read_ahead import ReadAhead
 from actors.bags.player.schedule import NS_PER_SEC, Schedule
 from actors.bags.player.services import PlayerServices
 from actors.bags.player.topic_publishers import CLOCK_TOPIC, TopicPublishers
-from actors.bags.recorder.selection import Selection
+from actors.bags.selection import Selection
+from actors.bags.supervised_tasks import SupervisedTasks
 from actors.endpoints.publisher.publisher import MAX_STAMP_NS
 from actors.logging.limited_lines import LimitedLines
 from actors.node.node import Node
-from proto.aio.tasks import cancel_and_wait
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine
     from types import TracebackType
 
-    from actors.bags.player.played_topic import QueuedMessage
+    from actors.bags.player.played_topic import DueMessage
     from actors.node.options import NodeKeywords
 
 NODE_NAME: Final = "bag_player"
@@ -42,28 +40,28 @@ EVERYTHING: Final = Selection(
 )
 DEFAULTS: Final = PlayerOptions()
 EARLY_NS: Final = 500_000
-"""A message may be this early: a loop wakes up at whole milliseconds, and would be late by up to one."""
+"""Publish a message up to this early: a loop wakes up at whole milliseconds, up to one too late."""
 TURN_MESSAGES: Final = 100
-"""Messages published in one turn of the loop, if so many are due."""
+"""Limit for the messages published in one turn of the loop, so that other tasks get their turn."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PlayingStatistics:
-    """What a player has done so far.
+    """Position and counts of a player.
 
     Attributes:
-        start_ns: The time of the bag's first message.
-        end_ns: The time of its last message.
-        position_ns: The time of the bag now.
-        rate: Seconds of the bag for each second.
-        is_paused: Whether it is paused.
-        is_playing: Whether it has not come to the end.
-        passes: How often it has come to the end.
-        published: Messages that have been published.
-        dropped: Of these, messages that did not leave the node.
-        invalid: Messages that are none of their topic's type, and were left out.
-        topics: By topic, the messages that have been published.
-        problems: What cannot be played, each in one sentence.
+        start_ns: Log time of the bag's first message.
+        end_ns: Log time of its last message.
+        position_ns: The present time of the bag.
+        rate: Seconds of the bag that are played per second.
+        is_paused: Whether the player is paused.
+        is_playing: Whether it has not reached the end.
+        passes: How many times it has reached the end.
+        published: Number of published messages.
+        dropped: Number of published messages that did not leave the node.
+        invalid: Number of messages that were left out, as they are not valid messages of their topic's type.
+        topics: Number of published messages, by topic.
+        problems: What cannot be played, each problem in one sentence.
     """
 
     start_ns: int
@@ -81,18 +79,18 @@ class PlayingStatistics:
 
 
 class Player:
-    """Plays a bag, from `async with` to its end.
+    """Plays a bag, for the duration of an `async with` block.
 
     Args:
         path: The folder of the bag, or a file of one.
-        selection: Which topics; default: all.
-        options: How.
+        selection: The topics to play; default: all.
+        options: How to play them.
         node_name: The name of the player's node.
         **keywords: Options of the node, such as `url`.
 
     Attributes:
         path: As given.
-        node: The node. Other nodes control it by its services `~/pause`, `~/resume`, `~/toggle_paused`,
+        node: The node. Other nodes control it through its services `~/pause`, `~/resume`, `~/toggle_paused`,
             `~/is_paused`, `~/set_rate`, `~/get_rate`, `~/play`, `~/play_next`, `~/burst`, `~/seek` and
             `~/stop`.
 
@@ -114,28 +112,24 @@ class Player:
         self.node = Node(node_name, use_global_arguments=False, **keywords)
         self._log = self.node.get_logger()
         self._lines = LimitedLines(self._log.warning)
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = SupervisedTasks("Playing", self._log, on_failed=self.stop)
         self._playing: asyncio.Task[None] | None = None
-        self._error: BaseException | None = None
-        self._is_error_raised = False
         self._passes = 0
         self._stepped = 0
-        """Messages of the burst that have been published."""
+        """Number of messages that the present burst has published."""
         self._burst: asyncio.Future[int] | None = None
         PlayerServices(self.node, self)
 
     async def __aenter__(self) -> Self:
-        """Open the bag, make the publishers, and begin to play.
+        """Open the bag, create the publishers, and start to play.
 
         Raises:
-            BagError: The bag cannot be read.
+            BagError: The bag cannot be read, or has no messages.
             BrokerUnreachable: As for a node.
-            InvalidPlayingError: It has no messages.
             MissingExtraError: The extra `bags` is not installed.
         """
         options = self._options
         self._changed = asyncio.Event()
-        self._done = asyncio.Event()
         self._burst_lock = asyncio.Lock()
         self._ahead = ReadAhead(options.read_ahead, self._changed.set)
         excluded = frozenset({CLOCK_TOPIC} if options.publishes_clock else ())
@@ -162,66 +156,43 @@ class Player:
             raise
         self._begin()
         if options.clock_hz:
-            self._start(self._run_clock(1 / options.clock_hz))
+            self._tasks.start(self._run_clock(1 / options.clock_hz))
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Stop playing, and send what has been published.
+        """Stop playing, and send the messages published so far.
 
         Raises:
-            BagError: The bag could not be read to its end, and `wait` has not said so.
+            BagError: The bag could not be read to its end, and `wait` has not raised the error.
         """
         try:
             self._settle_burst()
-            for task in [*self._tasks]:
-                await cancel_and_wait(task)
+            await self._tasks.cancel()
             self._lines.close()
             await self._ahead.close()
         finally:
             await self.node.__aexit__(kind, error, traceback)
-        if self._error is not None and not self._is_error_raised:
-            if kind is None:
-                raise self._error
-            self._log.error(str(self._error))
+        self._tasks.raise_error(is_failing=kind is not None)
 
-    def _start(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        task = asyncio.create_task(self._supervised(coroutine))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
-
-    async def _supervised(self, coroutine: Coroutine[Any, Any, None]) -> None:
-        try:
-            await coroutine
-        except Exception as error:  # noqa: BLE001 - raised by `wait`, and by leaving
-            if self._error is None:
-                self._error = error
-                if not isinstance(error, BagError):
-                    self._log.error("Playing has failed", exc_info=error)
-            self.stop()
-
-    # What its users call
+    # Called by programs and by the services
 
     async def wait(self) -> None:
         """Wait until the bag has been played, or `stop` is called.
 
         Raises:
-            BagError: The bag cannot be read any further. What comes before the damage has been played.
+            BagError: The bag is damaged. The messages before the damage have been played.
         """
-        await self._done.wait()
-        if self._error is not None:
-            self._is_error_raised = True
-            raise self._error
+        await self._tasks.wait()
 
     def stop(self) -> None:
-        """End the playing: `wait` returns."""
+        """End the playing; `wait` returns."""
         if self._playing is not None:
             self._playing.cancel()
             self._playing = None
         self._settle_burst()
-        self._done.set()
+        self._tasks.end()
 
     def play(
         self, *, start_offset_ns: int = 0, duration_ns: int | None = None, until_ns: int | None = None
@@ -229,12 +200,12 @@ class Player:
         """Play again, after the end.
 
         Args:
-            start_offset_ns: Begin so long after the first message.
-            duration_ns: Play this much of the bag; None for all.
+            start_offset_ns: Start this many nanoseconds after the first message.
+            duration_ns: Nanoseconds of the bag to play; None for all.
             until_ns: Play up to this time of the bag; None for all.
 
         Returns:
-            Whether it does: not while it plays.
+            Whether playing has started; False while it plays already.
         """
         if self._playing is not None or start_offset_ns < 0:
             return False
@@ -243,31 +214,31 @@ class Player:
         return True
 
     def _begin(self) -> None:
-        self._done.clear()
+        self._tasks.begin()
         self._schedule.start(time.monotonic_ns())
         self._read_from_beginning()
-        self._playing = self._start(self._play())
+        self._playing = self._tasks.start(self._play())
 
     def _read_from_beginning(self) -> None:
         schedule = self._schedule
         is_whole = schedule.begin_ns == schedule.start_ns
-        # What was published before the first message was received is played, too.
+        # No limit: by publish time, messages may be due before the log time of the first one.
         self._ahead.begin(self._source, None if is_whole else schedule.begin_ns)
 
     @property
     def is_paused(self) -> bool:
-        """Whether messages wait now."""
+        """Whether the player is paused."""
         return self._schedule.is_paused
 
     def pause(self) -> None:
-        """Publish nothing from now on."""
+        """Publish nothing until `resume` is called."""
         if not self.is_paused:
             self._schedule.pause(time.monotonic_ns())
             self._log.info("Pausing play")
             self._changed.set()
 
     def resume(self) -> None:
-        """Go on."""
+        """Continue to play."""
         if self.is_paused:
             self._schedule.resume(time.monotonic_ns())
             self._log.info("Resuming play")
@@ -275,7 +246,7 @@ class Player:
             self._changed.set()
 
     def toggle_paused(self) -> None:
-        """Pause, or resume if it is paused."""
+        """Pause, or resume if paused."""
         if self.is_paused:
             self.resume()
         else:
@@ -283,29 +254,29 @@ class Player:
 
     @property
     def rate(self) -> float:
-        """Seconds of the bag for each second."""
+        """Seconds of the bag that are played per second."""
         return self._schedule.rate
 
     def set_rate(self, rate: float) -> None:
-        """Go on with another rate.
+        """Change the rate.
 
         Args:
-            rate: Seconds of the bag for each second.
+            rate: Seconds of the bag to play per second, from 1e-6 to 1e9.
 
         Raises:
-            InvalidPlayingError: It is not above 0, or extreme.
+            InvalidBagOptionError: The rate is out of range.
         """
         self._schedule.set_rate(rate, time.monotonic_ns())
         self._changed.set()
 
     def seek(self, time_ns: int) -> bool:
-        """Go to a time of the bag.
+        """Continue at a time of the bag.
 
         Args:
-            time_ns: In nanoseconds since 1970.
+            time_ns: The time in nanoseconds since 1970.
 
         Returns:
-            Whether the bag has that time; if not, nothing changes.
+            Whether the time is within the bag and the player is playing; if not, nothing changes.
         """
         if self._playing is None or not self._schedule.has(time_ns):
             return False
@@ -319,7 +290,7 @@ class Player:
         """Publish the next message, while paused.
 
         Returns:
-            Whether there was one, and it was paused.
+            Whether a message was published: not if there is none left, or if the player is not paused.
         """
         return await self.burst(1) == 1
 
@@ -327,10 +298,10 @@ class Player:
         """Publish the next messages at once, while paused.
 
         Args:
-            count: Their number; 0 for all that follow.
+            count: Number of messages; 0 for all that are left.
 
         Returns:
-            How many have been published; 0 if it was not paused.
+            The number of published messages; 0 if the player is not paused.
         """
         async with self._burst_lock:
             if self._playing is None or not self.is_paused:
@@ -346,13 +317,13 @@ class Player:
                 self._burst = None
 
     def _settle_burst(self) -> None:
-        """End a burst: all have been published, or nothing more will be."""
+        """End the burst, if there is one, and return its count to the caller."""
         self._schedule.forget_steps()
         if self._burst is not None and not self._burst.done():
             self._burst.set_result(self._stepped)
 
     def statistics(self) -> PlayingStatistics:
-        """Return what has been done so far."""
+        """Return the position and the counts so far."""
         topics: dict[str, int] = {}
         for each in self._source.topics:
             topics[each.name] = topics.get(each.name, 0) + each.published
@@ -371,7 +342,7 @@ class Player:
             problems=tuple(self._source.problems),
         )
 
-    # What happens meanwhile
+    # Tasks
 
     async def _play(self) -> None:
         """Publish each message when it is due, up to the end."""
@@ -386,7 +357,7 @@ class Player:
             if message is None or message.time_ns > schedule.stop_ns:
                 in_turn = 0
                 if schedule.is_paused:
-                    # Somebody may still go back.
+                    # `seek` may still go back, so the playing does not end while paused.
                     self._settle_burst()
                     await self._until_changed(None)
                     continue
@@ -412,9 +383,9 @@ class Player:
         if self._options.wait_for_all_acked_sec is not None:
             await self._publishers.flush(self._options.wait_for_all_acked_sec or None)
         self._playing = None
-        self._done.set()
+        self._tasks.end()
 
-    def _note_step(self, message: QueuedMessage) -> None:
+    def _note_step(self, message: DueMessage) -> None:
         schedule = self._schedule
         if schedule.steps:
             self._stepped += 1
@@ -423,7 +394,7 @@ class Player:
                 self._settle_burst()
 
     async def _until_changed(self, wait_ns: int | None) -> None:
-        """Wait for so long, or until something changes."""
+        """Wait until something changes, for `wait_ns` at most; then log invalid messages."""
         timer = None
         if wait_ns is not None:
             loop = asyncio.get_running_loop()
@@ -446,6 +417,6 @@ class Player:
         due = loop.time()
         while True:
             self._publishers.publish_clock(self._schedule.position_ns(time.monotonic_ns()))
-            # Those that were missed are not made up for.
+            # After a delay, missed ticks are not made up for.
             due = max(due + period_sec, loop.time())
             await asyncio.sleep(due - loop.time())

@@ -1,7 +1,7 @@
 """The QoS of the player's publishers. Pure.
 
-They offer what the recorded publishers offered; if these differed, what fits each subscription that fitted
-one of them.
+A publisher offers what the recorded publishers of its topic offered. If they differed, it offers the
+strongest value of each policy, which matches each subscription that one of them matched.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
     from actors.time.types import Duration
 
 MAX_DEPTH: Final = 10_000
-"""The greatest depth that is taken from a bag: it can state any."""
+"""Limit for the depth, since a bag may state any number."""
 
 
 def playing_qos(offers: Iterable[QoSProfile]) -> QoSProfile:
-    """Return the profile of a publisher that stands for several.
+    """Return the profile of a publisher that replaces all recorded publishers of a topic.
 
     Args:
-        offers: What they offered; none if the bag does not say.
+        offers: The QoS that they offered; empty if the bag does not say.
 
     Returns:
-        The strongest of each policy. Depths of latched topics are added up, so that a late subscription gets
-        the last messages of each publisher. There is no lifespan: messages keep the times when they were
-        published, and would all be too old.
+        The strongest value of each policy. Depths of latched topics are added up, so that a late subscription
+        gets the last messages of each publisher. There is no lifespan: messages keep their original publish
+        times, and would all have expired.
     """
     found = list(offers)
     if not found:

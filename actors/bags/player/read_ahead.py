@@ -1,4 +1,4 @@
-"""Reads messages before they are due, in one thread, and keeps a limited number of them."""
+"""Reads messages in a thread before they are due, up to a limit."""
 
 from __future__ import annotations
 
@@ -15,54 +15,54 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from actors.bags.player.bag_source import BagSource
-    from actors.bags.player.played_topic import QueuedMessage
+    from actors.bags.player.played_topic import DueMessage
 
 T = TypeVar("T")
 
 BATCH: Final = 100
-"""Messages that the thread reads before it hands them over: some milliseconds."""
+"""Messages that the thread reads before it hands them over: some milliseconds of work."""
 MAX_BYTES: Final = 64 * 1024 * 1024
-"""What waits in memory, whatever number of messages may: a second of a camera."""
+"""Limit for the memory of waiting messages, whatever their number: a second of a camera."""
 
 
 class ReadAhead:
     """A queue of messages that a thread fills.
 
-    Everything is called on the event loop.
+    All methods are called on the event loop.
 
     Args:
-        max_messages: Messages that may wait.
-        on_changed: Called when there is more, or nothing more will come.
+        max_messages: Limit for the number of waiting messages.
+        on_changed: Called when messages were added, or when the end was reached.
 
     Attributes:
-        is_ended: Whether nothing more will come behind what waits.
+        is_ended: Whether no messages will follow those in the queue.
     """
 
     def __init__(self, max_messages: int, on_changed: Callable[[], object]) -> None:
         self._max_messages = max_messages
         self._on_changed = on_changed
         self._pool = ThreadPoolExecutor(1, "bag-player")
-        self._queue: deque[QueuedMessage] = deque()
+        self._queue: deque[DueMessage] = deque()
         self._bytes = 0
         self._room = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._source: BagSource | None = None
-        self._messages: Generator[QueuedMessage] | None = None
-        """The thread's."""
+        self._messages: Generator[DueMessage] | None = None
+        """Used by the thread only."""
         self._thread_error: Exception | None = None
-        """The thread's: why it could not read any further behind the newest batch."""
+        """Set by the thread: the error after the newest batch."""
         self._error: Exception | None = None
         self.is_ended = False
 
     async def call(self, function: Callable[..., T], *arguments: Any) -> T:
-        """Call a function in the thread."""
+        """Call a function in the thread; return its result."""
         return await asyncio.get_running_loop().run_in_executor(self._pool, function, *arguments)
 
     def begin(self, source: BagSource, from_ns: int | None) -> None:
-        """Read from a time of the bag on; forget what waits.
+        """Discard the queue, and read from a time of the bag on.
 
         Args:
-            source: What is read.
+            source: The bag to read.
             from_ns: The time of the bag; None for its beginning.
         """
         self._source = source
@@ -79,7 +79,7 @@ class ReadAhead:
             while not self.is_ended:
                 batch = await self.call(self._read, min(BATCH, self._max_messages))
                 if self._thread_error is not None:
-                    # What comes before it is played first.
+                    # The messages before the damage are played first.
                     self._error = self._thread_error
                 self._queue.extend(batch)
                 self._bytes += sum(len(each.data) for each in batch)
@@ -98,9 +98,9 @@ class ReadAhead:
         self._messages = source.messages(from_ns)
         self._thread_error = None
 
-    def _read(self, count: int) -> list[QueuedMessage]:
+    def _read(self, count: int) -> list[DueMessage]:
         assert self._messages is not None
-        found: list[QueuedMessage] = []
+        found: list[DueMessage] = []
         size = 0
         try:
             for message in islice(self._messages, count):
@@ -114,16 +114,16 @@ class ReadAhead:
 
     @property
     def _has_room(self) -> bool:
-        # A batch fits, or half of the queue is empty: the thread is not woken up for single messages.
+        # Room for a batch, or half of a small queue, so that the thread does not wake up for each message.
         limit = max(self._max_messages - BATCH, self._max_messages // 2)
         return len(self._queue) <= limit and self._bytes <= MAX_BYTES // 2
 
     @property
-    def first(self) -> QueuedMessage | None:
-        """The next message; None if there is none yet, or none any more.
+    def first(self) -> DueMessage | None:
+        """The next message; None if none has been read yet, or at the end.
 
         Raises:
-            BagError: The bag cannot be read any further.
+            BagError: The bag is damaged here.
         """
         if self._queue:
             return self._queue[0]
@@ -133,8 +133,8 @@ class ReadAhead:
             raise self._error
         return None
 
-    def pop(self) -> QueuedMessage:
-        """Remove the next message, and return it."""
+    def pop(self) -> DueMessage:
+        """Remove and return the next message."""
         message = self._queue.popleft()
         self._bytes -= len(message.data)
         if self._has_room:
@@ -142,7 +142,7 @@ class ReadAhead:
         return message
 
     async def close(self) -> None:
-        """Stop reading, and close what is read."""
+        """Stop reading, and close the source."""
         if self._task is not None:
             self._task.cancel()
         try:

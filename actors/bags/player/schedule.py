@@ -1,12 +1,12 @@
-"""When the messages of a bag are due. Pure: the time is an argument.
+"""Computes when the messages of a bag are due. Pure: the time is an argument.
 
     schedule.start(now_ns)
-    wait_ns = schedule.wait_ns(message_time_ns, now_ns)     None: not before something else happens
+    wait_ns = schedule.wait_ns(message_time_ns, now_ns)     None while paused
     if wait_ns == 0: publish; schedule.played(message_time_ns)
 
-Two clocks are tied together at one point, the anchor: a reading of the machine's monotonic clock, and the
-time of the bag at that moment. Each message's time is computed from the anchor and not from the message
-before, so that errors do not add up. Pausing, seeking and another rate move the anchor.
+The anchor ties two clocks together: it is a reading of the machine's monotonic clock, and the time of the bag
+at that moment. The due time of each message is computed from the anchor, not from the preceding message, so
+that errors do not add up. Pausing, seeking and changing the rate move the anchor.
 """
 
 from __future__ import annotations
@@ -14,35 +14,35 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from actors.bags.player.errors import InvalidPlayingError
+from actors.bags.errors import InvalidBagOptionError
 
 NS_PER_SEC: Final = 10**9
 MIN_RATE: Final = 1e-6
 MAX_RATE: Final = 1e9
-"""Beyond these, waits and positions would no longer be numbers of nanoseconds that a time can have."""
+"""Limits for the rate: beyond them, waits and positions would exceed the range of times in nanoseconds."""
 
 
 class Schedule:
-    """Says when messages are due.
+    """Computes when messages are due.
 
     Args:
-        start_ns: The time of the bag's first message.
-        end_ns: The time of its last message.
-        rate: Seconds of the bag for each second.
-        start_offset_ns: Begin this long after the first message.
-        delay_ns: Wait so long before each pass through the bag.
-        duration_ns: Play this much of the bag; None for all.
-        until_ns: Play up to this time of the bag; None for all. With a duration, the later one counts.
-        is_paused: Whether to begin paused.
+        start_ns: Time of the bag's first message.
+        end_ns: Time of its last message.
+        rate: Seconds of the bag to play per second.
+        start_offset_ns: Start this many nanoseconds after the first message.
+        delay_ns: Nanoseconds to wait before each pass through the bag.
+        duration_ns: Nanoseconds of the bag to play; None for all.
+        until_ns: Play up to this time of the bag; None for all. With a duration, the later end counts.
+        is_paused: Whether to start paused.
 
     Attributes:
-        begin_ns: The time of the bag where each pass begins.
+        begin_ns: The time of the bag at which each pass begins.
         stop_ns: The last time of the bag that is played.
-        rate: Seconds of the bag for each second.
-        is_paused: Whether nothing is due by time.
+        rate: Seconds of the bag that are played per second.
+        is_paused: Whether the time of the bag stands still.
 
     Raises:
-        InvalidPlayingError: An argument is out of range.
+        InvalidBagOptionError: An argument is out of range.
     """
 
     def __init__(
@@ -59,19 +59,19 @@ class Schedule:
     ) -> None:
         for name, value in {"start offset": start_offset_ns, "delay": delay_ns}.items():
             if value < 0:
-                raise InvalidPlayingError(f"The {name} cannot be negative")
+                raise InvalidBagOptionError(f"The {name} cannot be negative")
         self.start_ns = start_ns
         self.end_ns = max(end_ns, start_ns)
         self._delay_ns = delay_ns
         self.is_paused = is_paused
         self.rate = checked_rate(rate)
         self._steps = 0
-        """Messages that are due whatever the time is."""
+        """Number of next messages that are due at once, although it is paused."""
         self.set_range(start_offset_ns, duration_ns, until_ns)
         self.start(0)
 
     def set_range(self, start_offset_ns: int, duration_ns: int | None, until_ns: int | None) -> None:
-        """Choose what is played from the next pass on.
+        """Set the range to play, from the next pass on.
 
         Args:
             start_offset_ns: As for the class.
@@ -92,17 +92,17 @@ class Schedule:
         self._anchor_ns = now_ns + self._delay_ns
         self._anchor_time_ns = self.begin_ns
         self._paused_delay_ns = self._delay_ns
-        """Of the delay, what is left while paused."""
+        """The rest of the delay, while paused."""
         self._steps = 0
 
     def start_again(self, now_ns: int) -> None:
-        """Begin the next pass where the one before ended, even if `now_ns` is a bit later.
+        """Start the next pass at the time at which the preceding one ended, even if `now_ns` is a bit later.
 
         Args:
             now_ns: The monotonic clock.
         """
         ended_ns = now_ns if self.is_paused else self._due_ns(max(self.stop_ns, self.begin_ns))
-        # After a long halt of the machine, or a burst, the passes that were missed are not made up for.
+        # After a long pause of the machine, or after a burst, missed passes are not made up for.
         late_ns = now_ns - ended_ns
         self.start(ended_ns if 0 <= late_ns <= NS_PER_SEC else now_ns)
 
@@ -118,7 +118,7 @@ class Schedule:
         return min(self._anchor_time_ns + round(elapsed_ns * self.rate), max(self.stop_ns, self.begin_ns))
 
     def wait_ns(self, time_ns: int, now_ns: int) -> int | None:
-        """Return how long to wait until a message is due: 0 now, None as long as it is paused.
+        """Return how long to wait until a message is due: 0 if it is due, None while paused.
 
         Args:
             time_ns: The message's time in the bag.
@@ -136,14 +136,14 @@ class Schedule:
 
     @property
     def steps(self) -> int:
-        """How many messages are due whatever the time is."""
+        """Number of next messages that are due at once, although it is paused."""
         return self._steps
 
     def played(self, time_ns: int) -> None:
-        """Note that a message has been published.
+        """Note that a message has been published; while stepping, move the time of the bag to it.
 
         Args:
-            time_ns: Its time in the bag.
+            time_ns: The message's time in the bag.
         """
         if self._steps:
             self._steps -= 1
@@ -159,11 +159,11 @@ class Schedule:
             self._steps += count
 
     def forget_steps(self) -> None:
-        """Make nothing due but by time."""
+        """Cancel `step`."""
         self._steps = 0
 
     def pause(self, now_ns: int) -> None:
-        """Hold the time of the bag.
+        """Stop the time of the bag.
 
         Args:
             now_ns: The monotonic clock.
@@ -174,7 +174,7 @@ class Schedule:
             self.is_paused = True
 
     def resume(self, now_ns: int) -> None:
-        """Let the time of the bag go on.
+        """Continue the time of the bag.
 
         Args:
             now_ns: The monotonic clock.
@@ -185,14 +185,14 @@ class Schedule:
             self.is_paused = False
 
     def set_rate(self, rate: float, now_ns: int) -> None:
-        """Go on with another rate.
+        """Change the rate.
 
         Args:
-            rate: Seconds of the bag for each second.
+            rate: Seconds of the bag to play per second.
             now_ns: The monotonic clock.
 
         Raises:
-            InvalidPlayingError: It is not above 0, or extreme.
+            InvalidBagOptionError: The rate is out of range.
         """
         checked = checked_rate(rate)
         if not self.is_paused and now_ns > self._anchor_ns:
@@ -204,10 +204,10 @@ class Schedule:
         return self.start_ns <= time_ns <= self.end_ns
 
     def seek(self, time_ns: int, now_ns: int) -> None:
-        """Go to a time of the bag, without a delay.
+        """Continue at a time of the bag, without the delay.
 
         Args:
-            time_ns: That time.
+            time_ns: The time of the bag.
             now_ns: The monotonic clock.
         """
         self._anchor_ns, self._anchor_time_ns = now_ns, time_ns
@@ -215,7 +215,7 @@ class Schedule:
 
 
 def checked_rate(rate: float) -> float:
-    """Return a rate; raise InvalidPlayingError if it is none."""
+    """Return a rate; raise InvalidBagOptionError if it is out of range."""
     if not MIN_RATE <= rate <= MAX_RATE:
-        raise InvalidPlayingError(f"The rate is above 0, from {MIN_RATE:g} to {MAX_RATE:g}, not {rate:g}")
+        raise InvalidBagOptionError(f"The rate must be from {MIN_RATE:g} to {MAX_RATE:g}, not {rate:g}")
     return float(rate)

@@ -4,20 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from actors.bags.player.errors import InvalidPlayingError
-from actors.interfaces.rosbag2_interfaces.srv import (
-    Burst,
-    GetRate,
-    IsPaused,
-    Pause,
-    Play,
-    PlayNext,
-    Resume,
-    Seek,
-    SetRate,
-    Stop,
-    TogglePaused,
-)
+from actors.bags.errors import InvalidBagOptionError
+from actors.bags.pause_services import Pausable, PauseServices
+from actors.interfaces.rosbag2_interfaces.srv import Burst, GetRate, Play, PlayNext, Seek, SetRate
 
 if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Duration, Time
@@ -26,56 +15,18 @@ if TYPE_CHECKING:
 _NS_PER_SEC: Final = 10**9
 
 
-class Controlled(Protocol):
-    """What the services control."""
+class Controlled(Pausable, Protocol):
+    """What the services need of a player; its methods are documented there."""
 
     @property
-    def is_paused(self) -> bool:
-        """Whether messages wait."""
-        ...
-
-    @property
-    def rate(self) -> float:
-        """Seconds of the bag for each second."""
-        ...
-
-    def pause(self) -> None:
-        """Publish nothing from now on."""
-        ...
-
-    def resume(self) -> None:
-        """Go on."""
-        ...
-
-    def toggle_paused(self) -> None:
-        """Pause, or resume."""
-        ...
-
-    def stop(self) -> None:
-        """End the playing."""
-        ...
-
-    def set_rate(self, rate: float) -> None:
-        """Go on with another rate, or raise InvalidPlayingError."""
-        ...
-
-    def seek(self, time_ns: int) -> bool:
-        """Go to a time of the bag; return whether it has that time."""
-        ...
-
-    def play(
+    def rate(self) -> float: ...  # noqa: D102 - see above
+    def set_rate(self, rate: float) -> None: ...  # noqa: D102
+    def seek(self, time_ns: int) -> bool: ...  # noqa: D102
+    def play(  # noqa: D102
         self, *, start_offset_ns: int = 0, duration_ns: int | None = None, until_ns: int | None = None
-    ) -> bool:
-        """Play again, after the end; return whether it does."""
-        ...
-
-    async def play_next(self) -> bool:
-        """Publish the next message while paused; return whether there was one."""
-        ...
-
-    async def burst(self, count: int = 0) -> int:
-        """Publish the next messages while paused; return their number."""
-        ...
+    ) -> bool: ...
+    async def play_next(self) -> bool: ...  # noqa: D102
+    async def burst(self, count: int = 0) -> int: ...  # noqa: D102
 
 
 class PlayerServices:
@@ -83,44 +34,24 @@ class PlayerServices:
 
     Args:
         node: The player's node.
-        player: What they control.
+        player: The player to control.
     """
 
     def __init__(self, node: Node, player: Controlled) -> None:
         self._player = player
-        node.create_service(Pause, "~/pause", self._pause)
-        node.create_service(Resume, "~/resume", self._resume)
-        node.create_service(TogglePaused, "~/toggle_paused", self._toggle)
-        node.create_service(IsPaused, "~/is_paused", self._is_paused)
+        PauseServices(node, player)
         node.create_service(SetRate, "~/set_rate", self._set_rate)
         node.create_service(GetRate, "~/get_rate", self._get_rate)
         node.create_service(Play, "~/play", self._play)
         node.create_service(PlayNext, "~/play_next", self._play_next)
         node.create_service(Burst, "~/burst", self._burst)
         node.create_service(Seek, "~/seek", self._seek)
-        node.create_service(Stop, "~/stop", self._stop)
-
-    def _pause(self, _: Pause.Request, response: Pause.Response) -> Pause.Response:
-        self._player.pause()
-        return response
-
-    def _resume(self, _: Resume.Request, response: Resume.Response) -> Resume.Response:
-        self._player.resume()
-        return response
-
-    def _toggle(self, _: TogglePaused.Request, response: TogglePaused.Response) -> TogglePaused.Response:
-        self._player.toggle_paused()
-        return response
-
-    def _is_paused(self, _: IsPaused.Request, response: IsPaused.Response) -> IsPaused.Response:
-        response.paused = self._player.is_paused
-        return response
 
     def _set_rate(self, request: SetRate.Request, response: SetRate.Response) -> SetRate.Response:
         try:
             self._player.set_rate(request.rate)
             response.success = True
-        except InvalidPlayingError:
+        except InvalidBagOptionError:
             response.success = False
         return response
 
@@ -147,10 +78,6 @@ class PlayerServices:
 
     def _seek(self, request: Seek.Request, response: Seek.Response) -> Seek.Response:
         response.success = self._player.seek(_ns(request.time))
-        return response
-
-    def _stop(self, _: Stop.Request, response: Stop.Response) -> Stop.Response:
-        self._player.stop()
         return response
 
 

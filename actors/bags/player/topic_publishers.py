@@ -1,4 +1,4 @@
-"""The publishers of a player: one for each name, and that of the clock."""
+"""The publishers of a player: one per topic name, and one for the clock."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from proto.untrusted_text import escape
 if TYPE_CHECKING:
     from actors.bags.player.bag_source import BagSource
     from actors.bags.player.options import PlayerOptions
-    from actors.bags.player.played_topic import PlayedTopic, QueuedMessage
+    from actors.bags.player.played_topic import DueMessage, PlayedTopic
     from actors.endpoints.publisher.publisher import Publisher
     from actors.node.node import Node
 
 CLOCK_TOPIC: Final = "/clock"
 CLOCK_QOS: Final = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 MAX_SEC: Final = 2**31 - 1
-"""The latest second of a time in messages."""
+"""Greatest value of the field `sec` in a Time message."""
 
 
 class TopicPublishers:
@@ -33,8 +33,8 @@ class TopicPublishers:
 
     Args:
         node: The player's node.
-        source: The topics; what cannot be played is added to its problems, and logged once.
-        options: Names, QoS and clock.
+        source: The topics. Those that cannot be played are added to its problems, and logged once.
+        options: The names, the QoS and the clock.
     """
 
     def __init__(self, node: Node, source: BagSource, options: PlayerOptions) -> None:
@@ -43,7 +43,7 @@ class TopicPublishers:
         self._options = options
         self._log = node.get_logger()
         self._publishers: dict[str, Publisher[Any]] = {}
-        """By the name that they publish on."""
+        """By topic name, after remapping."""
         self._refused: set[str] = set()
         self._clock: Publisher[Clock] | None = None
         for problem in source.problems:
@@ -54,7 +54,7 @@ class TopicPublishers:
             self._clock = node.create_publisher(Clock, CLOCK_TOPIC, CLOCK_QOS)
 
     def _create(self, topic: PlayedTopic) -> None:
-        """Make the publisher of a topic, or say why it is not played."""
+        """Create the publisher of a topic, or report why the topic is not played."""
         name = self._name_of(topic)
         found = self._publishers.get(name)
         if found is None:
@@ -70,8 +70,8 @@ class TopicPublishers:
             self._publishers[name] = found
         elif found.msg_type is not topic.msg_type:
             self._report(
-                f"A part of '{escape(topic.name)}' is not played: it has another type,"
-                f" {escape(topic.bag_topic.type_name)}, than the rest; a topic has one type"
+                f"A part of '{escape(topic.name)}' is not played: it has the type"
+                f" {escape(topic.bag_topic.type_name)}, unlike the rest, and a topic has one type"
             )
             return
         topic.publisher = found
@@ -85,14 +85,14 @@ class TopicPublishers:
 
     @property
     def dropped(self) -> int:
-        """Messages that did not leave the node."""
+        """Number of messages that did not leave the node."""
         return sum(each.dropped for each in self._publishers.values())
 
-    async def publish(self, message: QueuedMessage) -> None:
-        """Publish a message as soon as its publisher has room: late, rather than not at all.
+    async def publish(self, message: DueMessage) -> None:
+        """Publish a message as soon as its publisher has room: better late than lost.
 
         Args:
-            message: It.
+            message: The message.
         """
         topic, data, time_ns, publish_time_ns = message
         publisher, clock_topics = topic.publisher, self._options.clock_topics
@@ -109,17 +109,17 @@ class TopicPublishers:
                 self._report(str(error))
 
     def publish_clock(self, time_ns: int) -> None:
-        """Publish the time of the bag, if the player is a source of it.
+        """Publish the time of the bag on `/clock`, if the options ask for that.
 
         Args:
-            time_ns: It.
+            time_ns: The time of the bag.
         """
         if self._clock is not None:
             sec, nanosec = divmod(time_ns, NS_PER_SEC)
             self._clock.publish(Clock(clock=Time(sec=min(sec, MAX_SEC), nanosec=nanosec)))
 
     async def flush(self, limit_sec: float | None) -> None:
-        """Wait until everything has reached the broker; log what has not.
+        """Wait until all messages have reached the broker; log those that have not.
 
         Args:
             limit_sec: Seconds to wait at most; None for no limit.

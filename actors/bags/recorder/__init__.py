@@ -1,6 +1,8 @@
-"""Recording: the node that writes what a graph carries into a bag.
+"""Recording: the node that writes messages of a graph into a bag.
 
-Pure: `selection.py` (which topics), `recording_qos.py` (how to subscribe to them), `losses.py` (what did not
-reach the bag). `write_queue.py` holds what waits for the thread of `writer_thread.py`; `recorder.py` is the
-node, with the services of `services.py`. Imports the files of bags, node and the packages below it.
+Pure: `recording_qos.py` (the QoS of its subscriptions), `losses.py` (counts of messages that are not in the
+bag) and `buffers.py` (messages that wait). `topic_follower.py` subscribes, `intake.py` takes messages, and
+the thread of `writer_thread.py` writes them; `recorder.py` is the node, with the services of `services.py`.
+Imports the writer and the contents of bags, the modules that the player uses, too, node and the packages
+below it.
 """

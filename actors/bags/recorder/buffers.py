@@ -1,6 +1,7 @@
-"""What waits for the disk, and when it has to be there. Pure: time is an argument.
+"""Messages that wait for the disk, and the time when they must be written. Pure: time is an argument.
 
-A message in the queue is a tuple, which is made fastest: a recorder makes a hundred thousand a second.
+A queued message is a tuple because nothing is created faster: a recorder queues up to a hundred thousand a
+second.
 """
 
 from __future__ import annotations
@@ -14,31 +15,31 @@ if TYPE_CHECKING:
     from actors.bags.recorder.recorded_topic import RecordedTopic
 
 FLUSH_SEC: Final = 0.4
-"""Longest time for which a message waits in a file's open chunk: after half a second it survives a kill."""
+"""Longest time for a message in a file's open chunk, so that messages older than 0.5 s survive a kill."""
 
 OVERHEAD_BYTES: Final = 300
-"""What a message in the queue takes besides its own bytes: its tuple, its object, its numbers."""
+"""Memory for a queued message besides its data: the tuple, the bytes object, and its numbers."""
 
 
 class QueuedMessage(NamedTuple):
     """A message on its way to the bag."""
 
     log_time_ns: int
-    """When it was received."""
+    """Time of reception."""
     topic: RecordedTopic
     data: bytes
-    """As msgpack."""
+    """The message as msgpack."""
     publish_time_ns: int
     sequence: int
     gid: bytes
-    """Its publisher."""
+    """Identifies the publisher."""
 
 
 class FlushPlan:
-    """Says when the open chunk of a file has to be closed and written.
+    """Decides when to close and write the open chunk of a file.
 
     Args:
-        interval_sec: Longest time from a message to that.
+        interval_sec: Longest time for which a message may wait in the chunk.
     """
 
     __slots__ = ("_interval_sec", "_since")
@@ -53,7 +54,7 @@ class FlushPlan:
             self._since = now
 
     def wait_sec(self, now: float) -> float | None:
-        """Return the seconds until the next flush, 0 if it is due; None while nothing waits for it."""
+        """Return the seconds until the next flush, 0 if it is due; None if no message waits for it."""
         return None if self._since is None else max(0.0, self._since + self._interval_sec - now)
 
     def is_due(self, now: float) -> bool:
@@ -66,10 +67,10 @@ class FlushPlan:
 
 
 class SnapshotRing:
-    """The newest messages, as long as nobody asks for them; older ones are forgotten.
+    """Keeps the newest messages in memory for a snapshot, and drops older ones.
 
     Args:
-        max_bytes: What they may take in memory. One message is kept, whatever its size.
+        max_bytes: Limit for the memory of all messages. The newest message is kept whatever its size.
     """
 
     __slots__ = ("_max_bytes", "_messages", "size")
@@ -80,19 +81,19 @@ class SnapshotRing:
         self.size = 0
 
     def add(self, messages: Sequence[QueuedMessage], size: int) -> None:
-        """Add messages, and forget the oldest ones.
+        """Add messages, and drop the oldest ones beyond the limit.
 
         Args:
             messages: The messages.
-            size: What they take in memory, with `OVERHEAD_BYTES` for each.
+            size: Their memory in bytes, including `OVERHEAD_BYTES` for each.
         """
         self._messages.extend(messages)
         self.size += size
         while self.size > self._max_bytes and len(self._messages) > 1:
             self.size -= len(self._messages.popleft().data) + OVERHEAD_BYTES
 
-    def take(self) -> list[QueuedMessage]:
-        """Return all messages, oldest first, and forget them."""
+    def pop_all(self) -> list[QueuedMessage]:
+        """Remove all messages, and return them, oldest first."""
         found = list(self._messages)
         self._messages.clear()
         self.size = 0

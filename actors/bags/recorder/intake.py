@@ -1,4 +1,4 @@
-"""From subscriptions to the writer's thread: what is received is counted, and kept or dropped."""
+"""Takes messages from subscriptions, counts them, and hands them to the writer thread or drops them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from actors.endpoints.subscription.subscription import Subscription
 
 TURN_MESSAGES: Final = 500
-"""Messages of a topic taken in one turn of the loop: about a millisecond."""
+"""Messages of a topic that are taken in one turn of the loop: about a millisecond of work."""
 
 
 class Source:
-    """A topic that is recorded, with its subscription.
+    """A recorded topic with its subscription.
 
     Attributes:
         topic: The topic.
         subscription: Receives its messages, as msgpack.
-        is_due: Whether taking goes on soon, or when there is room.
+        is_due: Whether taking is scheduled already: for the next turn of the loop, or for when there is room.
     """
 
     __slots__ = ("is_due", "subscription", "topic")
@@ -39,7 +39,7 @@ class Source:
 
     @property
     def lost(self) -> int:
-        """Messages that did not arrive, or waited too long in the subscription."""
+        """Number of messages that did not arrive, or were dropped in the subscription's queue."""
         subscription = self.subscription
         return self.topic.counts.lost(
             subscription.lost + subscription.lost_on_break + subscription.dropped + subscription.expired
@@ -47,19 +47,20 @@ class Source:
 
 
 class Intake:
-    """Takes messages, and hands those of each turn of the loop to the writer's thread.
+    """Takes messages, and hands those of each turn of the loop to the writer thread at once.
 
     Args:
-        thread: Writes them.
-        max_bytes: What may wait for it.
-        lossless: Take nothing while the queue is full, so that KEEP_ALL publishers wait, rather than drop.
-        ring: Keeps them instead, in snapshot mode.
-        now_ns: Returns the log time, 0 if it is not known yet; None for the time of reception.
-        is_paused: Whether nothing is recorded at first.
+        thread: Writes the messages.
+        max_bytes: Limit for the memory of messages that wait for the thread.
+        lossless: At that limit, leave messages in the subscriptions, so that KEEP_ALL publishers wait;
+            otherwise drop them.
+        ring: Keeps the messages in snapshot mode, instead of the thread.
+        now_ns: Returns the log time, 0 if it is not known yet; None to use the time of reception.
+        is_paused: Whether to start paused.
 
     Attributes:
-        is_paused: Whether what is received is left out; that is no loss.
-        arrived: Messages received, whether or not they are recorded.
+        is_paused: Whether received messages are discarded; they do not count as losses.
+        arrived: Number of received messages, recorded or not.
         ring: As given.
     """
 
@@ -79,14 +80,14 @@ class Intake:
         self._now_ns = now_ns
         self._loop = asyncio.get_running_loop()
         self._batch: list[QueuedMessage] = []
-        """What has been taken in this turn."""
+        """The messages taken in this turn of the loop."""
         self._batch_bytes = 0
         self.ring = ring
         self.is_paused = is_paused
         self.arrived = 0
 
     def begin(self, source: Source) -> None:
-        """Take a topic's messages from now on."""
+        """Take the messages of a topic from now on."""
         source.subscription.set_on_ready(partial(self._take, source))
 
     def _take(self, source: Source) -> None:
@@ -95,7 +96,7 @@ class Intake:
 
     def _go_on(self, source: Source) -> None:
         source.is_due = False
-        with suppress(NodeDestroyed):  # the topic is recorded no longer
+        with suppress(NodeDestroyed):  # the recording ended meanwhile
             self._take_some(source)
 
     def _take_some(self, source: Source) -> None:
@@ -108,15 +109,15 @@ class Intake:
             self._loop.call_soon(self._go_on, source)
 
     def _take_up_to(self, source: Source, most: int) -> int:
-        """Take the oldest messages that wait, while there is room for them if nothing may be dropped.
+        """Take the oldest messages of a subscription; if lossless, only while there is room for them.
 
         Returns:
-            Their number.
+            The number of messages taken.
         """
         take, topic, now_ns, batch = source.subscription.take, source.topic, self._now_ns, self._batch
         counts = topic.counts
         has_limit = self.ring is None
-        # The thread makes more room meanwhile: some messages later, this is looked at again.
+        # The thread makes room meanwhile; this counts from the next call on, as asking each time is slow.
         room = self._max_bytes - self._thread.queued_bytes - self._batch_bytes
         before = room
         count = 0
@@ -148,7 +149,7 @@ class Intake:
         return self._thread.queued_bytes + self._batch_bytes < self._max_bytes
 
     def hand_over(self) -> None:
-        """Give what has been taken to the thread, or to the ring."""
+        """Give the messages taken in this turn to the thread, or to the ring."""
         if self._batch:
             messages, size = self._batch, self._batch_bytes
             self._batch, self._batch_bytes = [], 0
@@ -158,15 +159,15 @@ class Intake:
                 self.ring.add(messages, size)
 
     def write_snapshot(self) -> int:
-        """Give what the ring has to the thread; return the number of messages."""
+        """Give the messages of the ring to the thread; return their number."""
         assert self.ring is not None
         self.hand_over()
-        size, messages = self.ring.size, self.ring.take()
+        size, messages = self.ring.size, self.ring.pop_all()
         self._thread.put(messages, size)
         return len(messages)
 
     async def drain(self, source: Source) -> None:
-        """Take what waits now in a subscription that is going to end."""
+        """Take the messages that wait in a subscription now, before it is destroyed."""
         left = source.subscription.queued
         while left:
             if self._lossless and not self._has_room:

@@ -1,7 +1,8 @@
-"""Counts of what reached a bag and what did not, by topic and publisher. Pure.
+"""Counts recorded and missing messages, by topic and publisher. Pure.
 
-A publisher numbers its messages. A gap in its numbers was lost on the way: by its own queue, the broker or
-the recorder's subscription. What was received and could not be kept was dropped: the queue was full.
+A publisher numbers its messages. Messages in a gap were lost on the way: dropped by the publisher's queue,
+the broker or the recorder's subscription. Messages that arrived when the recorder's queue was full were
+dropped.
 """
 
 from __future__ import annotations
@@ -12,18 +13,18 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 MAX_PUBLISHERS: Final = 1000
-"""Publishers of a topic that are counted by themselves; the topic's own counts have all."""
+"""Limit for the publishers of a topic with counts of their own. The topic's counts include all."""
 MAX_GAPS: Final = 100
-"""The newest gaps whose numbers are kept, of each publisher."""
+"""Limit for the gaps that are listed per publisher: the newest."""
 
 
 class PublisherLosses:
-    """What is known of one publisher's messages.
+    """Counts of one publisher's missing messages.
 
     Attributes:
         node: The full name of its node.
-        lost: Messages that did not arrive.
-        dropped: Messages that arrived and found the queue full.
+        lost: Number of messages that did not arrive.
+        dropped: Number of messages that arrived when the recorder's queue was full.
     """
 
     __slots__ = ("_expected", "_gaps", "dropped", "lost", "node")
@@ -38,7 +39,8 @@ class PublisherLosses:
         """Note that a message has arrived.
 
         Args:
-            number: Its number; below the last one for a latched message, which no gap precedes.
+            number: Its number. A number below the preceding one belongs to a repeated latched message, and
+                does not end a gap.
         """
         if number > self._expected:
             self.lost += number - self._expected
@@ -47,7 +49,7 @@ class PublisherLosses:
             self._expected = number + 1
 
     def drop(self, number: int) -> None:
-        """Count a message that has been noted, and could not be kept."""
+        """Count a noted message as dropped."""
         self.dropped += 1
         self._add(number, 1)
 
@@ -60,7 +62,7 @@ class PublisherLosses:
             del self._gaps[0]
 
     def document(self) -> dict[str, Any]:
-        """Return the counts, and the newest gaps as pairs of a first number and a count."""
+        """Return the counts, and the newest gaps as pairs of first number and length."""
         return {"lost": self.lost, "dropped": self.dropped, "gaps": [list(each) for each in self._gaps]}
 
 
@@ -68,11 +70,12 @@ class TopicCounts:
     """Counts of one topic.
 
     Attributes:
-        received: Messages that arrived while nothing was paused.
-        written: Messages in the bag; at its end without those of chunks that could not be written.
-        dropped: Messages that arrived and found the queue full.
-        unwritten: Messages that were on their way to the disk when the writer failed, or arrived later.
-        invalid: Messages that are none of the topic's type, so that they cannot be written.
+        received: Number of messages that arrived while the recorder was not paused.
+        written: Number of messages in the bag. Those of chunks that could not be written are subtracted at
+            the end.
+        dropped: Number of messages that arrived when the queue was full.
+        unwritten: Number of messages that were queued when the writer failed, or arrived later.
+        invalid: Number of messages that cannot be decoded as the topic's type, or not encoded as CDR.
     """
 
     __slots__ = ("_before", "_publishers", "dropped", "invalid", "received", "unwritten", "written")
@@ -81,13 +84,13 @@ class TopicCounts:
         self.received = self.written = self.dropped = self.unwritten = self.invalid = 0
         self._publishers: dict[bytes, PublisherLosses] = {}
         self._before = 0
-        """Messages that subscriptions which have gone had lost."""
+        """Number of messages that former subscriptions to the topic had lost."""
 
     def note(self, gid: bytes, node: str, number: int) -> None:
         """Note a message that has arrived, whether or not it is written.
 
         Args:
-            gid: The publisher.
+            gid: Identifies the publisher.
             node: The full name of its node.
             number: The message's number.
         """
@@ -99,29 +102,29 @@ class TopicCounts:
         known.note(number)
 
     def drop(self, gid: bytes, number: int) -> None:
-        """Count a message that has arrived, and cannot be kept."""
+        """Count a noted message as dropped."""
         self.dropped += 1
         known = self._publishers.get(gid)
         if known is not None:
             known.drop(number)
 
     def subscription_ended(self, lost: int) -> None:
-        """Note what a subscription had lost at its end: the next one counts from 0."""
+        """Add the losses of a subscription that has ended: the next one counts from 0."""
         self._before += lost
 
     def lost(self, now: int = 0) -> int:
-        """Return how many messages did not arrive.
+        """Return the number of messages that did not arrive.
 
         Args:
-            now: What the subscription of now has lost. It knows of messages before the first one, too.
+            now: Losses of the present subscription, which include messages before the first received one.
         """
         return max(self._before + now, sum(each.lost for each in self._publishers.values()))
 
     def document(self, lost: int) -> dict[str, Any]:
-        """Return what is missing in the bag, as JSON has it; empty if nothing is.
+        """Return the counts of missing messages, as data for JSON; empty if no message is missing.
 
         Args:
-            lost: As `lost` returns it.
+            lost: The result of `lost`.
         """
         dropped = self.dropped + self.unwritten
         if not (lost or dropped or self.invalid):
@@ -135,11 +138,11 @@ class TopicCounts:
 
 
 def losses_of(counts: Mapping[str, TopicCounts], lost: Mapping[str, int]) -> dict[str, dict[str, Any]]:
-    """Return what is missing in a bag, by topic, as its metadata have it.
+    """Return the counts of missing messages for the metadata of a bag, by topic.
 
     Args:
-        counts: By topic.
-        lost: By topic, what did not arrive.
+        counts: The counts of each topic.
+        lost: The number of messages that did not arrive, by topic.
     """
     found = {name: each.document(lost.get(name, 0)) for name, each in counts.items()}
     return {name: document for name, document in found.items() if document}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from actors.bags.recorder.errors import InvalidRecordingError
+from actors.bags.errors import InvalidBagOptionError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,33 +14,35 @@ if TYPE_CHECKING:
     from actors.qos.profile import QoSProfile
 
 MAX_CACHE_SIZE: Final = 100 * 1024 * 1024
-"""What may wait in memory, in bytes: a second of a camera, and of what a disk writes; ROS 2's default."""
+"""Default limit for waiting messages, in bytes, as in ROS 2: about what a disk writes in a second."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecorderOptions:
-    """How a recorder records.
+    """Options of a recorder.
 
     Args:
-        max_bag_size: Bytes after which the next file begins; 0 (default): never.
-        max_bag_duration_sec: Seconds after which the next file begins; 0 (default): never.
-        max_splits: The most files that are kept: for one more, the oldest is deleted; 0 (default): all.
-        compression: Of the chunks of files: "none" (default), "zstd" or "lz4".
-        fsync: Whether what is written survives a loss of power, too; False by default. It costs time.
-        max_cache_size: Bytes of messages that may wait in memory for the disk, 100 MiB by default; beyond it
-            further ones are dropped, and counted. 0: what arrives is handed to the operating system at once.
-            In snapshot mode, what is kept.
-        lossless: Let KEEP_ALL publishers wait for the disk, rather than drop messages; False by default.
+        max_bag_size: Size in bytes at which a new file starts; 0 (default) for never.
+        max_bag_duration_sec: Seconds after which a new file starts; 0 (default) for never.
+        max_splits: Number of files to keep: when another one starts, the oldest is deleted; 0 (default) for
+            all.
+        compression: Compression of chunks: "none" (default), "zstd" or "lz4".
+        fsync: Whether to sync each chunk to the disk, so that it survives a power loss; False by default,
+            since it is slower.
+        max_cache_size: Limit in bytes for messages that wait in memory for the disk; default: 100 MiB. Beyond
+            it, messages are dropped and counted. 0: hand each message to the operating system at once. In
+            snapshot mode, the limit for the messages that are kept.
+        lossless: Let KEEP_ALL publishers wait for the disk rather than drop messages; False by default.
         snapshot_mode: Keep the newest messages in memory, and write them when `take_snapshot` is called.
-        start_paused: Record nothing before `resume`.
+        start_paused: Record nothing until `resume` is called.
         no_discovery: Record only topics that exist at the start.
-        use_sim_time: Log times are simulated time, and nothing is recorded before the first `/clock`.
-        until_no_messages_sec: End when no message has arrived for this many seconds; 0 (default): never.
-        qos_overrides: By topic, the QoS of the recorder's subscription.
-        custom_data: Texts by name, for the bag's metadata.
+        use_sim_time: Take log times from `/clock`, and record nothing before its first message.
+        until_no_messages_sec: End when no message has arrived for this many seconds; 0 (default) for never.
+        qos_overrides: QoS of the recorder's subscriptions, by topic.
+        custom_data: Strings for the bag's metadata, by name.
 
     Raises:
-        InvalidRecordingError: An option is out of range, or two exclude each other.
+        InvalidBagOptionError: An option is out of range, or two options exclude each other.
     """
 
     max_bag_size: int = 0
@@ -61,12 +63,14 @@ class RecorderOptions:
     def __post_init__(self) -> None:
         for name in ("max_bag_size", "max_bag_duration_sec", "max_splits", "max_cache_size"):
             if getattr(self, name) < 0:
-                raise InvalidRecordingError(f"{name} cannot be negative")
+                raise InvalidBagOptionError(f"{name} cannot be negative")
         if not self.until_no_messages_sec >= 0:
-            raise InvalidRecordingError("until_no_messages_sec cannot be negative")
+            raise InvalidBagOptionError("until_no_messages_sec cannot be negative")
         if self.snapshot_mode and not self.max_cache_size:
-            raise InvalidRecordingError("Snapshots need memory: max_cache_size is 0")
+            raise InvalidBagOptionError("Snapshots need memory: max_cache_size is 0")
         if self.snapshot_mode and self.lossless:
-            raise InvalidRecordingError("Snapshots forget old messages: they cannot be lossless")
+            raise InvalidBagOptionError(
+                "lossless and snapshot_mode, which drops messages, exclude each other"
+            )
         if self.no_discovery and self.use_sim_time:
-            raise InvalidRecordingError("use_sim_time and no_discovery exclude each other")
+            raise InvalidBagOptionError("use_sim_time and no_discovery exclude each other")

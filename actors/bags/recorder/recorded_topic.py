@@ -1,11 +1,11 @@
-"""A topic that is recorded: how its messages are converted, and what has become of them."""
+"""A recorded topic: converts its messages, and counts them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.bags.contents.records import BagTopic
 from actors.bags.recorder.losses import TopicCounts
-from actors.bags.records import BagTopic
 from actors.interfaces.cdr import codec_for as cdr_codec_for
 from actors.interfaces.codec import codec_for
 from actors.qos.profile import DurabilityPolicy
@@ -18,23 +18,22 @@ if TYPE_CHECKING:
 
 
 class RecordedTopic:
-    """A topic that is recorded.
+    """A recorded topic.
 
     Args:
         name: Its full name.
         msg_type: The class of its messages.
-        offers: What its publishers offer.
+        offers: The QoS that its publishers offer.
 
     Attributes:
-        bag_topic: It, as the bag has it.
-        counts: What has become of its messages. The writer's thread alone changes `written`, `unwritten` and
-            `invalid`.
-        is_latched: Whether a late subscription gets the newest messages: each file of the bag has them, too.
-        number: Its number in the bag; set by the writer's thread.
-        problem: Why the newest message that could not be written does not fit the type.
+        bag_topic: The topic in the bag.
+        counts: Counts of its messages. Only the writer thread changes `written`, `unwritten` and `invalid`.
+        is_latched: Whether late subscriptions get the newest messages. Each file of the bag repeats these.
+        number: Its number in the bag; set by the writer thread.
+        problem: Why the newest invalid message could not be converted; "" if there is none to report.
 
     Raises:
-        TypeError: One of the class's fields has no type of ROS.
+        TypeError: A field of the class has no ROS type.
     """
 
     __slots__ = ("_decode", "_encode", "bag_topic", "counts", "is_latched", "number", "problem")
@@ -56,13 +55,13 @@ class RecordedTopic:
         return self.bag_topic.name
 
     def to_cdr(self, data: bytes) -> bytes:
-        """Return a message as CDR.
+        """Convert a message to CDR.
 
         Args:
-            data: It as msgpack.
+            data: The message as msgpack.
 
         Raises:
-            InvalidMessageError: It is not a message of this type, would take too much memory, or has a value
-                that ROS 2 cannot have.
+            InvalidMessageError: It is not a message of this type, would need too much memory, or has a value
+                that CDR cannot represent.
         """
         return self._encode(self._decode(data))

@@ -3,8 +3,8 @@
     async with Recorder("trip", Selection(topics=["/imu"])) as recorder:
         await recorder.wait()
 
-Everything but the disk is on the event loop: `topic_follower.py` subscribes, `intake.py` takes messages and
-counts them, and the thread of `writer_thread.py` converts and writes.
+Only the thread of `writer_thread.py`, which converts and writes messages, waits for the disk. On the event
+loop, `topic_follower.py` subscribes, and `intake.py` takes messages and counts them.
 """
 
 from __future__ import annotations
@@ -18,19 +18,18 @@ from typing import TYPE_CHECKING, Any, Final, Self, Unpack
 
 from actors.bags.errors import BagError
 from actors.bags.recorder.buffers import SnapshotRing
-from actors.bags.recorder.errors import InvalidRecordingError
 from actors.bags.recorder.intake import Intake, Source
 from actors.bags.recorder.losses import losses_of
 from actors.bags.recorder.options import MAX_CACHE_SIZE, RecorderOptions
-from actors.bags.recorder.selection import Selection
 from actors.bags.recorder.services import RecorderServices
 from actors.bags.recorder.topic_follower import TopicFollower
 from actors.bags.recorder.writer_thread import WriterThread
+from actors.bags.selection import Selection
+from actors.bags.supervised_tasks import SupervisedTasks
 from actors.bags.writer import Writer
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.logging.limited_lines import LimitedLines
 from actors.node.node import Node
-from proto.aio.tasks import cancel_and_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,26 +40,27 @@ if TYPE_CHECKING:
 
 NODE_NAME: Final = "bag_recorder"
 CHECK_SEC: Final = 0.1
-"""Time between two looks for messages, for `until_no_messages_sec`, and for invalid ones."""
+"""How often to look for invalid messages to report, and whether `until_no_messages_sec` is over."""
 ALL_TOPICS: Final = Selection(all_topics=True)
 DEFAULTS: Final = RecorderOptions()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RecordingStatistics:
-    """What a recorder has done so far.
+    """Counts of a recorder.
 
     Attributes:
         file: The file that is being written.
-        is_paused: Whether nothing is recorded now.
-        topics: By topic, the messages in the bag.
-        received: Messages that arrived while nothing was paused.
-        written: Messages in the bag.
-        flushed: Those that survive a kill of the process: all that are older than half a second.
-        lost: Messages that did not arrive.
-        dropped: Messages that arrived and found the memory full, or a bag that could not be written any more.
-        invalid: Messages that are none of their topic's type.
-        queued_bytes: What waits in memory for the disk.
+        is_paused: Whether the recorder is paused.
+        topics: Number of messages in the bag, by topic.
+        received: Number of messages that arrived while the recorder was not paused.
+        written: Number of messages in the bag.
+        flushed: Number of messages that survive a kill of the process: all that are older than 0.5 s.
+        lost: Number of messages that did not arrive.
+        dropped: Number of messages that arrived when the memory limit was reached, or after the bag could not
+            be written any more.
+        invalid: Number of messages that are not valid messages of their topic's type.
+        queued_bytes: Memory of the messages that wait for the disk, in bytes.
     """
 
     file: str
@@ -76,18 +76,18 @@ class RecordingStatistics:
 
 
 class Recorder:
-    """Records topics into a bag, from `async with` to its end.
+    """Records topics into a bag, for the duration of an `async with` block.
 
     Args:
         path: The folder of the bag, which must not exist.
-        selection: Which topics; default: all that are not hidden.
-        options: How.
+        selection: The topics, services and actions to record; default: all topics that are not hidden.
+        options: How to record them.
         node_name: The name of the recorder's node.
         **keywords: Options of the node, such as `url`.
 
     Attributes:
         path: As given.
-        node: The node. Other nodes control it by its services `~/pause`, `~/resume`, `~/toggle_paused`,
+        node: The node. Other nodes control it through its services `~/pause`, `~/resume`, `~/toggle_paused`,
             `~/is_paused`, `~/split_bagfile`, `~/snapshot`, `~/stop` and `~/get_report`.
 
     Raises:
@@ -114,28 +114,25 @@ class Recorder:
         self._log = self.node.get_logger()
         self._lines = LimitedLines(self._log.warning)
         self._split_events = self.node.create_publisher(WriteSplitEvent, "events/write_split", 1)
-        self._tasks: list[asyncio.Task[None]] = []
-        self._error: BaseException | None = None
-        self._is_error_raised = False
+        self._tasks = SupervisedTasks("Recording", self._log)
         RecorderServices(self.node, self, has_snapshots=options.snapshot_mode)
 
     async def __aenter__(self) -> Self:
-        """Open the bag, and subscribe to the topics that exist.
+        """Create the bag, and subscribe to the selected topics that exist.
 
         Raises:
-            BagExistsError: There is something at the path.
-            BagWriteError: The bag cannot be made.
+            BagExistsError: The path exists.
+            BagWriteError: The bag cannot be created.
             MissingExtraError: The extra `bags` is not installed.
-            ValueError: The bag's writer refuses an option.
+            InvalidBagOptionError: The bag's writer refuses an option.
             BrokerUnreachable: As for a node.
         """
         options, clock = self._options, self.node.get_clock()
         max_bytes = options.max_cache_size or MAX_CACHE_SIZE
-        self._done = asyncio.Event()
         self._thread = WriterThread(
             self._open_bag,
             write_through=not options.max_cache_size,
-            on_failed=self._failed,
+            on_failed=self._tasks.fail,
             on_split=self._report_split,
         )
         self._intake = Intake(
@@ -151,7 +148,7 @@ class Recorder:
         try:
             await self._thread.open()
         except BaseException as error:
-            # Also when cancelled: the thread would keep the bag open.
+            # Also when cancelled, as the thread would keep the bag open.
             try:
                 await self._thread.close(dict)
             finally:
@@ -159,10 +156,8 @@ class Recorder:
             raise
         watch = self.node.watch_graph()
         looked: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._tasks = [
-            asyncio.create_task(self._supervised(each))
-            for each in (self._follow(watch, looked), self._check())
-        ]
+        self._tasks.start(self._follow(watch, looked))
+        self._tasks.start(self._check())
         try:
             if self.node.connected:
                 await looked
@@ -174,19 +169,16 @@ class Recorder:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Write what has arrived, and complete the bag.
+        """Write all messages that have arrived, and complete the bag.
 
         Raises:
-            BagWriteError: The bag could not be written to its end, and `wait` has not said so.
+            BagWriteError: The bag could not be written completely, and `wait` has not raised the error.
         """
         try:
             await self._finish()
         finally:
             await self.node.__aexit__(kind, error, traceback)
-        if self._error is not None and not self._is_error_raised:
-            if kind is None:
-                raise self._error
-            self._log.error(str(self._error))
+        self._tasks.raise_error(is_failing=kind is not None)
 
     def _open_bag(self) -> Writer:
         options = self._options
@@ -200,31 +192,28 @@ class Recorder:
             custom_data=options.custom_data,
         )
 
-    # What its users call
+    # Called by programs and by the services
 
     async def wait(self) -> None:
         """Wait until the recording ends: by `stop`, for lack of messages, or because of an error.
 
         Raises:
-            BagWriteError: The bag cannot be written any more, such as on a full disk. What has been written
-                is a bag nevertheless.
+            BagWriteError: The bag cannot be written any more, such as on a full disk. The messages written
+                so far are a complete bag.
         """
-        await self._done.wait()
-        if self._error is not None:
-            self._is_error_raised = True
-            raise self._error
+        await self._tasks.wait()
 
     def stop(self) -> None:
-        """End the recording: `wait` returns."""
-        self._done.set()
+        """End the recording; `wait` returns. The bag is completed when the block is left."""
+        self._tasks.end()
 
     @property
     def is_paused(self) -> bool:
-        """Whether messages are left out now."""
+        """Whether the recorder is paused."""
         return self._intake.is_paused
 
     def pause(self) -> None:
-        """Leave out messages from now on."""
+        """Discard messages from now on, until `resume`."""
         if not self._intake.is_paused:
             self._intake.is_paused = True
             self._log.info("Pausing recording")
@@ -236,48 +225,47 @@ class Recorder:
             self._log.info("Resuming recording")
 
     def toggle_paused(self) -> None:
-        """Pause, or resume if it is paused."""
+        """Pause, or resume if paused."""
         if self._intake.is_paused:
             self.resume()
         else:
             self.pause()
 
     async def split(self) -> None:
-        """Go on with the next file.
+        """Finish the file, and continue with the next one.
 
         Raises:
-            BagError: That is not possible.
+            BagError: The bag cannot be written, or the recording has ended.
         """
         self._intake.hand_over()
         await self._thread.split()
 
     async def take_snapshot(self) -> int:
-        """Write the messages in memory, and wait until that is done.
+        """Write the messages kept in memory, and wait until they are written.
 
         Returns:
-            Their number.
+            The number of messages.
 
         Raises:
-            BagError: That is not possible.
-            InvalidRecordingError: The recorder is not in snapshot mode.
+            BagError: The recorder is not in snapshot mode, or the bag cannot be written.
         """
         if self._intake.ring is None:
-            raise InvalidRecordingError("There are snapshots in snapshot mode only")
+            raise BagError("There are no snapshots without the option snapshot_mode")
         count = self._intake.write_snapshot()
         await self._thread.flush()
         return count
 
     async def flush(self) -> None:
-        """Wait until what has been received so far has been handed to the operating system.
+        """Wait until all messages received so far have been handed to the operating system.
 
         Raises:
-            BagError: That is not possible.
+            BagError: The bag cannot be written, or the recording has ended.
         """
         self._intake.hand_over()
         await self._thread.flush()
 
     def statistics(self) -> RecordingStatistics:
-        """Return what has been done so far."""
+        """Return the counts so far."""
         sources = self._follower.sources
         total: Counter[str] = Counter()
         for each in sources.values():
@@ -299,9 +287,9 @@ class Recorder:
         )
 
     def document(self) -> dict[str, Any]:
-        """Return what has been done so far, and what is missing in the bag, as JSON has it.
+        """Return the counts so far, with those of missing messages in detail, as data for JSON.
 
-        Other nodes get it from the service `~/get_report`.
+        The service `~/get_report` returns it to other nodes.
         """
         return {**asdict(self.statistics()), "losses": self._losses()}
 
@@ -309,18 +297,15 @@ class Recorder:
         return self._losses_later()()
 
     def _losses_later(self) -> Callable[[], dict[str, dict[str, Any]]]:
-        """Return what counts the losses, for when everything is written: no messages arrive until then."""
+        """Return a function that counts the losses once all messages are written; the thread calls it then.
+
+        The messages that did not arrive are counted now, as the subscriptions end before that.
+        """
         sources = self._follower.sources
         counts = {name: each.topic.counts for name, each in sources.items()}
         return partial(losses_of, counts, {name: each.lost for name, each in sources.items()})
 
-    # What happens meanwhile
-
-    async def _supervised(self, coroutine: Any) -> None:
-        try:
-            await coroutine
-        except Exception as error:  # noqa: BLE001 - raised by `wait`, and by leaving
-            self._failed(error)
+    # Tasks and callbacks
 
     async def _follow(self, watch: GraphWatch, looked: asyncio.Future[None]) -> None:
         try:
@@ -329,7 +314,7 @@ class Recorder:
                 names = {each.name for each in changes if each.name}
                 await self._follower.look(snapshot, names)
                 if not looked.done():
-                    # The broker answers behind the subscriptions: it has them then.
+                    # The answer comes after the subscriptions are declared, so publishers match from here on.
                     await self.node.get_graph()
                     looked.set_result(None)
                     if self._options.no_discovery:
@@ -342,20 +327,20 @@ class Recorder:
             watch.destroy()
 
     async def _check(self) -> None:
-        """Say which messages cannot be written; end when none arrives for long enough."""
+        """Log invalid messages; end the recording if no message arrives for `until_no_messages_sec`."""
         loop, limit = asyncio.get_running_loop(), self._options.until_no_messages_sec
         arrived, since = self._intake.arrived, loop.time()
         while True:
             await asyncio.sleep(CHECK_SEC)
             for name, source in self._follower.sources.items():
                 topic = source.topic
-                if topic.problem and self._lines.admits("messages that cannot be written"):
-                    self._log.warning(f"A message on '{name}' cannot be written: {topic.problem}")
+                if topic.problem and self._lines.admits("messages that cannot be recorded"):
+                    self._log.warning(f"A message on '{name}' cannot be recorded: {topic.problem}")
                 topic.problem = ""
             if arrived != self._intake.arrived:
                 arrived, since = self._intake.arrived, loop.time()
             elif limit and loop.time() - since >= limit:
-                self._log.info(f"No message has arrived for {limit:g} s: the recording ends")
+                self._log.info(f"No message has arrived for {limit:g} s; stopping")
                 self.stop()
 
     def _begin(self, source: Source) -> None:
@@ -367,19 +352,11 @@ class Recorder:
         event = WriteSplitEvent(closed_file=closed, opened_file=opened, node_name=name)
         self._split_events.publish(event)
 
-    def _failed(self, error: BaseException) -> None:
-        if self._error is None:
-            self._error = error
-            if not isinstance(error, BagError):
-                self._log.error("Recording has failed", exc_info=error)
-        self._done.set()
-
     async def _finish(self) -> None:
-        """Take what has arrived, and complete the bag."""
-        for task in self._tasks:
-            await cancel_and_wait(task)
+        """Take the messages that have arrived, and complete the bag."""
+        await self._tasks.cancel()
         sources = self._follower.sources
-        # Also after an error: what has arrived is counted.
+        # Also after an error, so that the messages that have arrived are counted.
         for each in list(sources.values()):
             await self._intake.drain(each)
         losses = self._losses_later()

@@ -1,4 +1,4 @@
-"""Follows the graph, and subscribes to the topics that are selected."""
+"""Follows the graph, and subscribes to selected topics as they appear."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.bags.recorder.intake import Source
 from actors.bags.recorder.recorded_topic import RecordedTopic
 from actors.bags.recorder.recording_qos import recording_qos, unheard
-from actors.bags.recorder.selection import TopicState
+from actors.bags.selection import TopicState
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.logging.limited_lines import LimitedLines
@@ -20,42 +20,43 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
     from actors.bags.recorder.options import RecorderOptions
-    from actors.bags.recorder.selection import Selection
+    from actors.bags.selection import Selection
     from actors.endpoints.subscription.subscription import Subscription
     from actors.graph.snapshot import GraphSnapshot
     from actors.node.node import Node
 
 MAX_TOPICS: Final = 10_000
-"""Topics that are recorded: more than any robot has. Nodes with ever new names cannot fill the memory."""
+"""Limit for recorded topics, more than any robot has, so that nodes which keep inventing topics cannot fill
+the memory."""
 
 
 class _Endpoints:
-    """What a topic has in the graph."""
+    """The endpoints of a topic in the graph."""
 
     __slots__ = ("offers", "publishers", "subscriptions", "types")
 
     def __init__(self) -> None:
         self.types: set[str] = set()
         self.offers: list[tuple[QoSProfile, bool]] = []
-        """Of each publisher, and whether it is strict."""
+        """The QoS of each publisher, and whether it is strict."""
         self.publishers = self.subscriptions = 0
 
     def state(self, name: str) -> TopicState:
-        """Return it as the selection takes it."""
+        """Return the topic's state for the selection."""
         return TopicState(name, frozenset(self.types), self.publishers, self.subscriptions)
 
 
 class TopicFollower:
-    """Subscribes to topics as they appear. What has appeared is recorded until the end.
+    """Subscribes to selected topics as they appear, and stays subscribed until the end.
 
     Args:
         node: The recorder's node.
-        selection: What is recorded.
-        options: How.
-        begin: Called with each topic that is recorded from now on, before its first message is taken.
+        selection: The topics to record.
+        options: How to record them.
+        begin: Called with each new topic, before its first message is taken.
 
     Attributes:
-        sources: What is recorded, by the topics' names.
+        sources: The recorded topics, by name.
     """
 
     def __init__(
@@ -75,18 +76,18 @@ class TopicFollower:
         self._lines = LimitedLines(self._log.warning)
         self._news = LimitedLines(self._log.info)
         self._early: dict[str, Subscription[Any]] = {}
-        """Subscriptions to topics whose type nobody has declared yet."""
+        """Subscriptions to named topics whose type is not known yet."""
         self._warned: set[str] = set()
-        """Topics of which a warning has said why they are not recorded, or not from all publishers."""
+        """Topics about which a warning has been logged."""
         self._has_looked = False
         self.sources: dict[str, Source] = {}
 
     async def look(self, snapshot: GraphSnapshot, names: Collection[str]) -> None:
-        """Subscribe to what is selected and not recorded yet.
+        """Subscribe to selected topics that are not recorded yet.
 
         Args:
             snapshot: The graph.
-            names: Topics that have changed; for the first look, all of them.
+            names: The topics that have changed; all topics in the first call.
         """
         found = self._endpoints(snapshot, names)
         for name, endpoints in found.items():
@@ -103,7 +104,7 @@ class TopicFollower:
             self._subscribe_early()
 
     def _endpoints(self, snapshot: GraphSnapshot, names: Collection[str]) -> Mapping[str, _Endpoints]:
-        """Return what topics have in the graph, without the recorder's own subscriptions."""
+        """Return the endpoints of topics in the graph, without the recorder's own subscriptions."""
         own = self._node.get_fully_qualified_name()
         found: dict[str, _Endpoints] = {}
         for entry in snapshot.of_kind(*TOPIC_KINDS):
@@ -122,9 +123,9 @@ class TopicFollower:
         return found
 
     async def _subscribe(self, snapshot: GraphSnapshot, name: str, endpoints: _Endpoints) -> None:
-        """Record a topic."""
+        """Start to record a topic."""
         if len(self.sources) >= MAX_TOPICS:
-            self._warn("", f"no more than {MAX_TOPICS} topics are recorded")
+            self._warn("", f"At most {MAX_TOPICS:,} topics can be recorded; others are left out")
             return
         try:
             msg_type = await self._types.message(snapshot, name, *endpoints.types)
@@ -143,26 +144,26 @@ class TopicFollower:
         self._check_offers(name, endpoints)
 
     def _subscribe_early(self) -> None:
-        """Subscribe to topics that were named and do not exist, so that their first messages arrive."""
+        """Subscribe to named topics that do not exist yet, so that their first messages arrive."""
         for name in self._selection.awaited_topics - self.sources.keys() - self._warned:
             qos = self._overrides.get(name) or recording_qos((), lossless=self._lossless)
             self._early[name] = self._node.create_subscription(None, name, None, qos, raw=True)
 
     def _give_up(self, name: str, reason: str) -> None:
-        """Say why a topic is not recorded; keep no messages of it."""
+        """Log why a topic is not recorded, and end an early subscription to it."""
         early = self._early.pop(name, None)
         if early is not None:
             early.destroy()
         self._warn(name, reason)
 
     def _check_offers(self, name: str, endpoints: _Endpoints) -> None:
-        """Warn of publishers that came later, and whose QoS the subscription does not match."""
+        """Warn of strict publishers that appeared later and do not match the subscription."""
         reason = unheard(endpoints.offers, self.sources[name].subscription.qos_profile)
         if reason:
-            self._warn(name, f"a publisher that is strict about its QoS is not heard: {reason}")
+            self._warn(name, f"a publisher with strict QoS does not match the recorder: {reason}")
 
     def _warn(self, name: str, reason: str) -> None:
-        """Say why a topic is not recorded, or not wholly, once for each topic."""
+        """Log, once per topic, why it is not recorded or only from some publishers."""
         if name in self._warned or len(self._warned) > MAX_TOPICS:
             return
         self._warned.add(name)
@@ -172,7 +173,7 @@ class TopicFollower:
             self._log.warning(peer_text(f"{where}{reason}"))
 
     def close(self) -> None:
-        """Receive nothing any more."""
+        """Destroy all subscriptions."""
         for each in (*self._early.values(), *(source.subscription for source in self.sources.values())):
             each.destroy()
         self._early.clear()

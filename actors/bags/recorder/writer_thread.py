@@ -1,8 +1,8 @@
-"""The thread that converts messages and writes them into a bag, and the bounded queue in front of it.
+"""The thread that converts messages and writes them into a bag, and the queue in front of it.
 
-The loop puts what has arrived in one turn into the queue, and never waits for the disk. Everything that the
-bag's writer does happens in this thread: opening, converting, splitting, closing. An error of the disk ends
-the recording: what has been written is kept, and the loop is told once.
+The event loop queues the messages of each turn, and never waits for the disk. Only this thread calls the
+bag's writer: to open, write, split and close. An error of the disk ends the recording: written messages are
+kept, and the loop is notified once. The caller bounds the queue, by `queued_bytes`.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from actors.bags.contents.records import BagTopic
     from actors.bags.recorder.buffers import QueuedMessage
     from actors.bags.recorder.recorded_topic import RecordedTopic
-    from actors.bags.records import BagTopic
 
 CHECKED_BYTES: Final = 64 * 1024
-"""Bytes written between two looks at the clock."""
+"""Bytes to write between two readings of the clock."""
 LEAST_BYTES: Final = 200
-"""What a message counts for that is smaller: converting it takes as long."""
+"""Bytes that a smaller message counts as: converting it takes as long as one of this size."""
 
 
 class BagWriter(Protocol):
@@ -58,7 +58,7 @@ class BagWriter(Protocol):
         *,
         latched_key: bytes | None = None,
     ) -> None:
-        """Write a message; one that cannot be written is counted by the bag."""
+        """Write a message; `lost` counts it if that fails."""
         ...
 
     def flush(self) -> None:
@@ -66,15 +66,15 @@ class BagWriter(Protocol):
         ...
 
     def split(self) -> None:
-        """Go on with the next file."""
+        """Finish the file, and start the next one."""
         ...
 
     def set_losses(self, losses: Mapping[str, int], details: Mapping[str, Any] | None = None) -> None:
-        """Set what is missing in the bag."""
+        """Set the counts of messages that are missing in the bag."""
         ...
 
     def lost(self) -> dict[str, int]:
-        """Return the messages that were given to `write` and are in no file, by topic."""
+        """Return the number of messages that `write` accepted and that could not be written, by topic."""
         ...
 
     def close(self) -> None:
@@ -85,18 +85,18 @@ class BagWriter(Protocol):
 class WriterThread:
     """Writes a bag in a thread of its own.
 
-    Everything is called on the event loop.
+    All methods are called on the event loop.
 
     Args:
         open_bag: Opens the bag; called in the thread.
-        write_through: Flush after each part of the queue, rather than at least every half a second.
+        write_through: Whether to flush after each batch of messages, rather than within half a second.
         on_failed: Called on the loop, once, when the bag cannot be written any more.
-        on_split: Called on the loop with the path of a file that is complete, and of the next one.
+        on_split: Called on the loop with the paths of a finished file and of the next one.
         clock: Returns seconds.
 
     Attributes:
-        error: Why nothing is written any more; None while it is.
-        flushed: Messages that the operating system has: they survive a kill of the process.
+        error: The error that ended writing; None while there was none.
+        flushed: Number of messages handed to the operating system, which survive a kill of the process.
     """
 
     def __init__(
@@ -114,10 +114,10 @@ class WriterThread:
         self._clock = clock
         self._loop = asyncio.get_running_loop()
         self._queue: SimpleQueue[Callable[[BagWriter], None] | None] = SimpleQueue()
-        # Two numbers, each of which one thread alone changes, need no lock.
+        # Each of the two is changed by one thread only, so they need no lock.
         self._put_bytes = self._taken_bytes = 0
         self._waiting: deque[Callable[[], object]] = deque()
-        """Called on the loop when there is room again."""
+        """Functions to call on the loop when there is room again."""
         self._plan = FlushPlan(FLUSH_SEC)
         self._file = ""
         self._opened: asyncio.Future[None] = self._loop.create_future()
@@ -136,14 +136,14 @@ class WriterThread:
 
     @property
     def queued_bytes(self) -> int:
-        """What waits in the queue."""
+        """Memory of the queued messages, in bytes."""
         return self._put_bytes - self._taken_bytes
 
     async def open(self) -> None:
         """Start the thread, and wait until the bag is open.
 
         Raises:
-            BagError: It cannot be opened.
+            BagError: The bag cannot be opened.
         """
         self._thread.start()
         await asyncio.shield(self._opened)
@@ -154,43 +154,43 @@ class WriterThread:
         self._queue.put(partial(_add_topic, topic))
 
     def put(self, messages: Sequence[QueuedMessage], size: int) -> None:
-        """Queue messages; the caller looks after `queued_bytes`.
+        """Queue messages, without a limit: the caller compares `queued_bytes` with its own.
 
         Args:
             messages: The messages.
-            size: What they take in memory, in bytes.
+            size: Their memory in bytes.
         """
         self._put_bytes += size
         self._queue.put(partial(self._write, messages, size))
 
     def when_room(self, function: Callable[[], object]) -> None:
-        """Call a function on the loop once a part of the queue is written, or soon if it is empty."""
+        """Call a function on the loop once some queued messages are written, or soon if none are queued."""
         self._waiting.append(function)
-        # The thread may have emptied it before it could see that somebody waits.
+        # The thread may have emptied the queue before it could see the function.
         if not self.queued_bytes:
             self._loop.call_soon(self._tell_room)
 
     async def split(self) -> None:
-        """Go on with the next file, after everything that is queued.
+        """Write all queued messages, then continue with the next file.
 
         Raises:
-            BagError: That is not possible.
+            BagError: The bag cannot be written, or the recording has ended.
         """
         await self._call(self._split)
 
     async def flush(self) -> None:
-        """Wait until everything that is queued has been handed to the operating system.
+        """Wait until all queued messages have been handed to the operating system.
 
         Raises:
-            BagError: That is not possible.
+            BagError: The bag cannot be written, or the recording has ended.
         """
         await self._call(self._flush)
 
     async def close(self, losses: Callable[[], Mapping[str, Mapping[str, Any]]]) -> None:
-        """Write everything that is queued, complete the bag, and end the thread.
+        """Write all queued messages, complete the bag, and end the thread.
 
         Args:
-            losses: Returns what is missing in the bag, by topic; called in the thread, when all is written.
+            losses: Called in the thread after the last write; returns counts of missing messages, by topic.
         """
         self._losses = losses
         self._is_ending = True
@@ -220,7 +220,7 @@ class WriterThread:
         self._queue.put(call)
         await done
 
-    # In the thread
+    # Called in the thread
 
     def _run(self) -> None:
         try:
@@ -238,7 +238,7 @@ class WriterThread:
         self._tell(_finish, self._ended)
 
     def _step(self, bag: BagWriter) -> bool:
-        """Do what is queued next, or flush; return whether the queue goes on."""
+        """Run the next step of the queue, or flush if that is due; return False at the end of the queue."""
         try:
             step = self._queue.get(timeout=self._plan.wait_sec(self._clock()))
         except Empty:
@@ -248,7 +248,7 @@ class WriterThread:
         if step is None:
             return False
         try:
-            # After a failure, steps are gone through only to end those that wait for them.
+            # After a failure, steps only count messages, and report the error to those that wait for them.
             step(bag)
             self._look_at_file(bag)
         except Exception as error:  # noqa: BLE001 - the loop reports it, and the recording ends
@@ -276,7 +276,7 @@ class WriterThread:
             topic.counts.unwritten += count
 
     def _write(self, messages: Sequence[QueuedMessage], size: int, bag: BagWriter) -> None:
-        # Each topic's messages come together; files are in the order of reception.
+        # The messages of one turn are grouped by topic; the file has them in the order of reception.
         left = iter(sorted(messages, key=itemgetter(0)))
         try:
             if self.error is None:
@@ -300,7 +300,7 @@ class WriterThread:
             key = gid if topic.is_latched else None
             try:
                 bag.write(topic.number, cdr, log_time_ns, publish_time_ns, sequence, latched_key=key)
-            finally:  # what the bag could not write is taken back at the end
+            finally:  # also if it fails: `_close` subtracts all that the bag could not write
                 topic.counts.written += 1
             self._written += 1
             unchecked += max(len(cdr), LEAST_BYTES)
@@ -320,9 +320,9 @@ class WriterThread:
     def _flush(self, bag: BagWriter) -> None:
         self._plan.flushed()
         bag.flush()
-        # The file of a folder that was removed can be written for hours, and is nowhere in the end.
+        # After its folder is removed, an open file can still be written, and all of it is lost in the end.
         if not bag.file.exists():
-            raise BagWriteError(f"{bag.file}: has been removed while it was written")
+            raise BagWriteError(f"{bag.file}: the file was removed during the recording")
         self.flushed = self._written
 
     def _split(self, bag: BagWriter) -> None:
@@ -331,20 +331,20 @@ class WriterThread:
         self.flushed = self._written
 
     def _look_at_file(self, bag: BagWriter) -> None:
-        """Report a split, whatever has caused it."""
+        """Report a split, which `split` or a limit has caused."""
         file = str(bag.file)
         if file != self._file:
             closed, self._file = self._file, file
             self._tell(self._on_split, closed, file)
 
     def _tell(self, function: Callable[..., object], *arguments: object) -> None:
-        with suppress(RuntimeError):  # the loop has been closed: nobody is left to tell
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(function, *arguments)
 
-    # On the loop again
+    # Called on the loop
 
     def _tell_room(self) -> None:
-        # Those that find none wait again.
+        # A function that finds no room registers itself again.
         for _ in range(len(self._waiting)):
             self._waiting.popleft()()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, positive
+from actors.cli.parsing import LOG_LEVELS, Options, Parser, add_broker_options, add_json_option, positive
 
 if TYPE_CHECKING:
     from actors.cli.subscriber import Listener
@@ -18,7 +18,6 @@ EXAMPLES: Final = {
     "callboard log --follow --level warn": "warnings and errors, until Ctrl-C",
     "callboard log -f --node /talker --node /robot1": "the lines of a node, and of all nodes of a namespace",
 }
-LEVELS: Final = ("debug", "info", "warn", "error", "fatal")
 TOPIC: Final = "/rosout"
 DEPTH: Final = 100_000
 """Lines queued for a slow terminal: those of 100 nodes that log as much as is kept of each."""
@@ -29,8 +28,8 @@ LATCHED_SEC: Final = 5.0
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument(
-        "--level", type=str.lower, choices=LEVELS, default="debug",
-        help=f"the least severity: {', '.join(LEVELS)}; default: whatever the nodes log",
+        "--level", type=str.lower, choices=LOG_LEVELS, default="debug",
+        help=f"the least severity: {', '.join(LOG_LEVELS)}; default: whatever the nodes log",
     )  # fmt: skip
     parser.add_argument(
         "--node", action="append", metavar="NODE", default=[],
@@ -131,7 +130,7 @@ class _LogPrinter:
         self._json: bool = options.json
         self._verbose: bool = options.verbose
         self._color = colored(sys.stdout)
-        self._least = int(severity_from_name(options.level)) if options.level != LEVELS[0] else 0
+        self._least = int(severity_from_name(options.level)) if options.level != LOG_LEVELS[0] else 0
         names: list[str] = [node_logger_name(name) for name in options.node]
         self._prefixes = () if "" in names else tuple(f"{name}." for name in names)
         self._held: list[tuple[Log, MessageInfo]] | None = []

@@ -97,32 +97,24 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
     import asyncio
     import webbrowser
 
-    from actors.cli.broker_target import target_of, why_unreachable
+    from actors.cli.broker_target import connected, target_of
     from actors.cli.browser_address import browser_address
-    from actors.errors import BrokerUnreachable
     from actors.web.observer import Observer
     from actors.web.server import WebServer
     from proto.aio import process
 
     target = target_of(options)
     observer = Observer(target.url, target.domain)
-    try:
-        await observer.__aenter__()
-    except BrokerUnreachable:
-        raise await asyncio.to_thread(why_unreachable, target) from None
-    try:
-        async with WebServer(observer, chosen) as server:
-            # A garbage collection of what the imports have made holds the event loop for 30 ms.
-            process.configure_process()
-            print_out(f"callboard web listening on {_printed(server, options.token)}")
-            if server.asks_for_token:
-                print_err(READING_NOTE)
-            with browser_address(server.url_with_token) as address:
-                if not options.no_browser:
-                    await asyncio.to_thread(webbrowser.open, address)
-                await asyncio.Event().wait()
-    finally:
-        await observer.__aexit__(None, None, None)
+    async with connected(observer, target), WebServer(observer, chosen) as server:
+        # A garbage collection of what the imports have made holds the event loop for 30 ms.
+        process.configure_process()
+        print_out(f"callboard web listening on {_printed(server, options.token)}")
+        if server.asks_for_token:
+            print_err(READING_NOTE)
+        with browser_address(server.url_with_token) as address:
+            if not options.no_browser:
+                await asyncio.to_thread(webbrowser.open, address)
+            await asyncio.Event().wait()
 
 
 def _printed(server: WebServer, token_file: str | None) -> str:

@@ -19,8 +19,8 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from actors.bags import BagTopic, InvalidBagError, Reader, Writer
-from actors.bags.convert import convert
-from actors.bags.qos_lists import qos_text
+from actors.bags.contents.qos_lists import qos_text
+from actors.bags.operations.convert import convert
 from actors.interfaces import cdr
 from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.example_interfaces.action import Fibonacci
@@ -270,11 +270,11 @@ def read_all(path: Path) -> None:
 @pytest.mark.parametrize(
     ("statement", "reason"),
     [
-        ("DROP TABLE topics", "no tables 'messages' and 'topics'"),
-        ("ALTER TABLE messages RENAME TO old; CREATE VIEW messages AS SELECT * FROM old", "no plain table"),
-        ("UPDATE messages SET data = 5", "no sequence of bytes"),
-        ("UPDATE messages SET timestamp = 'soon'", "no number"),
-        (TEXT_FOR_A_NUMBER, "no number"),
+        ("DROP TABLE topics", "lacks the tables 'messages' and 'topics'"),
+        ("ALTER TABLE messages RENAME TO old; CREATE VIEW messages AS SELECT * FROM old", "a plain table"),
+        ("UPDATE messages SET data = 5", "not a sequence of bytes"),
+        ("UPDATE messages SET timestamp = 'soon'", "expected a time"),
+        (TEXT_FOR_A_NUMBER, "not a number"),
     ],
 )  # fmt: skip
 def test_hostile_databases_are_refused(tmp_path: Path, statement: str, reason: str) -> None:

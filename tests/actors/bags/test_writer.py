@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
 from actors.bags import BagExistsError, BagFullError, BagTopic, BagWriteError, Writer
-from actors.bags.metadata import parse_metadata
+from actors.bags.contents.metadata import parse_metadata
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from tests.actors.bags.bags import CHATTER, START_NS, number, text
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from mcap.records import Message
 
-    from actors.bags.records import BagMetadata
+    from actors.bags.contents.records import BagMetadata
 
 MAP = BagTopic.of_class("/map", Int32, [QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)])
 

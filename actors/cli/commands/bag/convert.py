@@ -1,11 +1,14 @@
-"""`callboard bag convert`: write bags anew, with other settings."""
+"""`callboard bag convert`: convert bags into a new one."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import Options, Parser, count_or_zero
+from actors.cli.commands.bag import arguments
+
+if TYPE_CHECKING:
+    from actors.cli.parsing import Options, Parser
 
 EXAMPLES: Final = {
     "callboard bag convert old.db3 -o new": "a SQLite bag as MCAP files, with the definitions of its types",
@@ -16,32 +19,23 @@ EXAMPLES: Final = {
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_argument("bags", nargs="*", metavar="BAG", help="the folders of bags, or files")
+    parser.add_argument("bags", nargs="*", metavar="BAG", help="the folder of a bag, or a .mcap or .db3 file")
     parser.add_argument(
         "-i", "--input", nargs="+", action="append", default=[], metavar="BAG",
-        help="a bag, as in ROS 2; what follows it, the kind of its files, changes nothing",
+        help="a bag, as in ROS 2; the format of its files, which may follow, is ignored",
     )  # fmt: skip
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the new bag")
-    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these topics")
-    parser.add_argument(
-        "--compression", choices=("none", "zstd", "lz4"), default="none", metavar="NAME",
-        help="compress the chunks of files: zstd, lz4, or none, the default",
-    )  # fmt: skip
-    parser.add_argument(
-        "-b", "--max-bag-size", type=count_or_zero, metavar="BYTES", default=0,
-        help="begin the next file after this size; default: never",
-    )  # fmt: skip
-    parser.add_argument(
-        "-d", "--max-bag-duration", type=count_or_zero, metavar="SEC", default=0,
-        help="begin the next file after this time; default: never",
-    )  # fmt: skip
+    arguments.add_topics(parser)
+    arguments.add_compression(parser)
+    arguments.add_file_limits(parser)
 
 
 def run(options: Options) -> int:
     """Write the new bag."""
-    from actors.bags.convert import convert
+    from actors.bags.operations.convert import convert
     from actors.bags.reader import Reader
     from actors.bags.writer import Writer
+    from actors.cli.commands.bag.summaries import messages_of_topics
     from actors.cli.errors import USAGE, CommandError
     from actors.cli.output import print_out
 
@@ -51,17 +45,15 @@ def run(options: Options) -> int:
     with ExitStack() as stack:
         readers = [stack.enter_context(Reader(path)) for path in paths]
         for reader in readers:
-            _ = reader.topics  # a bag that cannot be read makes no new one
-        try:
+            _ = reader.topics  # so that no new bag is created if one cannot be read
+        with arguments.usage_errors():
             writer = Writer(
                 options.output,
                 compression=options.compression,
                 max_bag_size=options.max_bag_size,
                 max_bag_duration_sec=options.max_bag_duration,
             )
-        except ValueError as error:
-            raise CommandError(str(error), USAGE) from None
         with writer:
             counts = convert(readers, writer, options.topics)
-    print_out(f"{options.output}: {sum(counts.values())} messages of {len(counts)} topics")
+    print_out(f"{options.output}: {messages_of_topics(counts)}")
     return 0

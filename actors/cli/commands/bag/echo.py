@@ -4,36 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import Options, Parser, add_print_options, not_negative
+from actors.cli.commands.bag import arguments
+from actors.cli.parsing import Options, Parser, add_field_options, add_print_options, not_negative
 
 if TYPE_CHECKING:
     from actors.bags.reader import Reader
 
 EXAMPLES: Final = {
-    "callboard bag echo trip /chatter": "every message, as callboard topic echo prints it",
-    "callboard bag echo trip /odom --field pose.pose.position --csv": "a part of each, with commas",
+    "callboard bag echo trip /chatter": "every message, printed as by callboard topic echo",
+    "callboard bag echo trip /odom --field pose.pose.position --csv": "a part of each, comma-separated",
     "callboard bag echo trip /chatter --start-offset 5 --once -i": "the first after 5 s, with its times",
 }
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag, or a file: .mcap or .db3")
+    arguments.add_bag(parser)
     parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
     parser.add_argument(
         "--start-offset", type=not_negative, metavar="SEC", default=0.0,
-        help="begin this long after the first message of the bag",
+        help="start this long after the first message of the bag",
     )  # fmt: skip
     add_print_options(parser, live=False)
-    parser.add_argument(
-        "--field", metavar="PATH", help="only this part, such as pose.position.x or points[0]"
-    )
-    parser.add_argument(
-        "--filter",
-        metavar="EXPR",
-        help="only messages for which this Python expression about m holds (it is evaluated): 'm.data > 3'",
-    )
-    parser.add_flag(*("-i", "--include-message-info"), help="with the times and the number of each message")
+    add_field_options(parser)
+    parser.add_flag(*("-i", "--include-message-info"), help="also print times and number of each message")
 
 
 def run(options: Options) -> int:

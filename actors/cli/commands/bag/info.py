@@ -1,20 +1,21 @@
-"""`callboard bag info`: what a bag has."""
+"""`callboard bag info`: print what is in a bag."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.cli.parsing import IGNORED, Options, Parser, add_json_option
+from actors.cli.commands.bag import arguments
+from actors.cli.parsing import Options, Parser, add_json_option
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from actors.bags.contents.records import TopicCount
     from actors.bags.reader import BagSummary, Reader
-    from actors.bags.records import TopicCount
 
 EXAMPLES: Final = {
-    "callboard bag info trip": "files, times, topics and the number of their messages",
-    "callboard bag info trip/trip_0.mcap --verbose": "of one file, with the bytes of each topic",
+    "callboard bag info trip": "its files, times and topics, with the number of messages",
+    "callboard bag info trip/trip_0.mcap --verbose": "one file, with the bytes of each topic",
     "callboard bag info trip --json": "the same for programs",
 }
 _EVENTS: Final = "/_service_event"
@@ -23,12 +24,10 @@ _INDENT: Final = 19
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag, or a file: .mcap or .db3")
-    parser.add_argument(
-        "-s", "--storage", choices=("mcap", "sqlite3"), help=f"{IGNORED} a file says itself what it is"
-    )
-    parser.add_flag("-t", "--topic-name", help="print the names of topics only")
-    parser.add_flag("-v", "--verbose", help="print the bytes of each topic, too; this reads the whole bag")
+    arguments.add_bag(parser)
+    arguments.add_storage(parser)
+    parser.add_flag("-t", "--topic-name", help="print only the names of topics")
+    parser.add_flag("-v", "--verbose", help="also print the bytes of each topic, which reads the whole bag")
     parser.add_argument(
         "--sort", choices=("name", "type", "count"), default="name", help="the order of topics; default: name"
     )
@@ -36,7 +35,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Print what the bag has."""
+    """Print what is in the bag."""
     from actors.bags.reader import Reader
     from actors.cli.output import print_json, print_names, print_out, print_warning
 

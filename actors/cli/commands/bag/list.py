@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from actors.cli.parsing import Options, Parser
 
-EXAMPLES: Final = {"callboard bag list storage": "the kinds of files that are read and written"}
+EXAMPLES: Final = {"callboard bag list storage": "the formats of files that are read and written"}
 _LISTS: Final = {
-    "storage": {"mcap": "read and written", "sqlite3": "read; callboard bag convert makes mcap of it"},
+    "storage": {"mcap": "read and written", "sqlite3": "read; callboard bag convert writes it as mcap"},
     "converter": {"cdr": "the encoding of messages, read and written"},
     "compressor": {"zstd": "for the chunks of files", "lz4": "for the chunks of files"},
     "decompressor": {"zstd": "for chunks, messages and whole files", "lz4": "for chunks"},
@@ -19,7 +19,7 @@ _LISTS: Final = {
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument("plugin_type", choices=tuple(_LISTS), help="what to list")
-    parser.add_flag("-v", "--verbose", help="say what each is for")
+    parser.add_flag("-v", "--verbose", help="also say what each is for")
 
 
 def run(options: Options) -> int:

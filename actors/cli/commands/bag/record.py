@@ -1,36 +1,30 @@
-"""`callboard bag record`: write what topics carry into a bag."""
+"""`callboard bag record`: record topics into a bag."""
 
 from __future__ import annotations
 
-import argparse
-import re
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.cli.commands.bag import arguments
 from actors.cli.errors import OK, USAGE, CommandError
-from actors.cli.parsing import IGNORED, Options, Parser, add_broker_options, count_or_zero, positive
+from actors.cli.parsing import IGNORED, Options, Parser, add_broker_options, count_or_zero, positive, size
 
 # Reading arguments needs nothing else.
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from actors.bags.recorder.options import RecorderOptions
     from actors.bags.recorder.recorder import Recorder
-    from actors.bags.recorder.selection import Selection
-    from actors.qos.profile import QoSProfile
+    from actors.bags.selection import Selection
 
 EXAMPLES: Final = {
     "callboard bag record -a": "all topics, services and actions, until Ctrl-C",
     "callboard bag record /imu /camera/image -o trip": "two topics, into the folder trip",
-    "callboard bag record -a -d 60 --max-splits 10": "files of a minute, the last ten of them",
-    "callboard bag record -e '^/arm/' --compression zstd": "what is below /arm, compressed",
-    "callboard bag record -a --snapshot-mode": "the newest 100 MB, whenever ~/snapshot is called",
+    "callboard bag record -a -d 60 --max-splits 10": "files of one minute, keeping the last ten",
+    "callboard bag record -e '^/arm/' --compression zstd": "topics below /arm, compressed",
+    "callboard bag record -a --snapshot-mode": "the newest 100 MB, each time ~/snapshot is called",
 }
-LEVELS: Final = ("debug", "info", "warn", "error", "fatal")
 PRESETS: Final = {"none": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
-"""Presets of ROS 2's storage, with the compression that they mean. `fastwrite` writes files without an index,
-which many readers show as empty."""
+"""Presets of ROS 2's storage, with the compression that they mean. ROS 2's `fastwrite` is left out: its files
+have no index, and many readers show them as empty."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -38,11 +32,9 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("topics_positional", nargs="*", metavar="TOPIC", help="topics to record")
     parser.add_argument(
         "-o", "--output", metavar="DIR",
-        help="the folder to make; default: rosbag2_ and the date and time, in the working directory",
+        help="the folder to create; default: rosbag2_ with the date and time, in the working directory",
     )  # fmt: skip
-    parser.add_argument(
-        "-s", "--storage", choices=("mcap",), help="the kind of files; there is no other than mcap"
-    )
+    parser.add_argument("-s", "--storage", choices=("mcap",), help="the format of the files: always mcap")
     _add_selection(parser)
     _add_discovery(parser)
     _add_files(parser)
@@ -52,98 +44,75 @@ def add_arguments(parser: Parser) -> None:
 
 
 def _add_selection(parser: Parser) -> None:
-    for what, noun in {"topics": "TOPIC", "services": "SERVICE", "actions": "ACTION"}.items():
-        parser.add_argument(f"--{what}", nargs="+", metavar=noun, default=[], help=f"{what} to record")
-    parser.add_argument(
-        "--topic-types", nargs="+", metavar="TYPE", default=[], help="record the topics of these types"
-    )
     parser.add_flag("-a", "--all", help="record all topics, services and actions that are not hidden")
     parser.add_flag("--all-topics", help="record all topics that are not hidden")
     parser.add_flag("--all-services", help="record the service events of all services")
     parser.add_flag("--all-actions", help="record the topics and service events of all actions")
+    arguments.add_names(parser, "record")
     parser.add_argument(
-        "-e", "--regex", metavar="REGEX", default="",
-        help="record topics, services and actions in whose names this is found",
-    )  # fmt: skip
-    parser.add_argument(
-        "--exclude-regex", metavar="REGEX", default="", help="record none in whose names this is found"
+        "--topic-types", nargs="+", metavar="TYPE", default=[], help="record the topics of these types"
     )
     parser.add_argument(
         "--exclude-topic-types", nargs="+", metavar="TYPE", default=[], help="record no topics of these types"
     )
-    for what, noun in {"topics": "TOPIC", "services": "SERVICE", "actions": "ACTION"}.items():
-        parser.add_argument(
-            f"--exclude-{what}", nargs="+", metavar=noun, default=[], help=f"{what} that are not recorded"
-        )
 
 
 def _add_discovery(parser: Parser) -> None:
     parser.add_flag("--include-unpublished-topics", help="record topics without a publisher, too")
     parser.add_flag("--include-hidden-topics", help="record topics with a token that begins with _, too")
     parser.add_flag("--no-discovery", help="record only topics that exist at the start")
-    parser.add_flag("--ignore-leaf-topics", help="record no topics that nobody else subscribes to")
-    parser.add_argument(
-        "--qos-profile-overrides-path", metavar="FILE",
-        help="a YAML file with the QoS of subscriptions, by topic",
-    )  # fmt: skip
+    parser.add_flag("--ignore-leaf-topics", help="record no topics without other subscriptions")
+    arguments.add_qos_overrides(
+        parser, "the recorder's subscriptions, by topic; default: what all publishers of a topic offer"
+    )
     parser.add_flag("--lossless", help="let KEEP_ALL publishers wait for the disk rather than drop messages")
 
 
 def _add_files(parser: Parser) -> None:
-    parser.add_argument(
-        "-b", "--max-bag-size", type=size, metavar="BYTES", default=0,
-        help="begin the next file after this size; default: never",
-    )  # fmt: skip
-    parser.add_argument(
-        "-d", "--max-bag-duration", type=count_or_zero, metavar="SEC", default=0,
-        help="begin the next file after this time; default: never",
-    )  # fmt: skip
+    arguments.add_file_limits(parser)
     parser.add_argument(
         "--max-bag-files", "--max-splits", type=count_or_zero, metavar="N", default=0,
-        help="keep only the newest files of the bag; default: all",
+        help="keep only this many files, the newest; default: all",
     )  # fmt: skip
     parser.add_argument(
         "--max-cache-size", type=size, metavar="BYTES", default=None,
-        help="what may wait in memory for the disk, and what a snapshot has; beyond it messages are dropped, "
-        "and counted. 0: write each message at once. Default: 104857600",
+        help="the limit for messages that wait in memory for the disk, and for a snapshot; beyond it,"
+        " messages are dropped and counted. 0: write each message at once; default: 104857600",
     )  # fmt: skip
-    parser.add_argument(
-        "--compression", choices=("none", "zstd", "lz4"), metavar="NAME",
-        help="compress the chunks of files: zstd, lz4, or none, the default",
-    )  # fmt: skip
+    arguments.add_compression(parser, default=None)
     parser.add_argument(
         "--compression-mode", choices=("none", "file", "message"), default="none",
-        help="file and message: compress the chunks of files",
+        help="file and message: compress messages in chunks",
     )  # fmt: skip
     parser.add_argument(
         "--compression-format", choices=("zstd", "lz4"), metavar="NAME",
-        help="zstd or lz4; default: zstd, with --compression-mode",
+        help="zstd or lz4, with --compression-mode; default: zstd",
     )  # fmt: skip
     parser.add_argument(
         "--storage-preset-profile", choices=tuple(PRESETS), metavar="NAME", default="none",
         help="zstd_fast and zstd_small: as --compression zstd",
     )  # fmt: skip
-    parser.add_flag("--fsync", help="let what is written survive a loss of power, too; it costs time")
+    parser.add_flag("--fsync", help="sync each chunk to the disk, so that it survives a power loss; slower")
     parser.add_argument(
-        "--custom-data", nargs="*", metavar="KEY=VALUE", default=[], help="texts for the bag's metadata"
-    )
+        "--custom-data", nargs="*", metavar="KEY=VALUE", default=[],
+        help="strings to store in the bag's metadata",
+    )  # fmt: skip
 
 
 def _add_control(parser: Parser) -> None:
-    parser.add_flag("--start-paused", help="record nothing before the space key or the service ~/resume")
-    parser.add_flag("--disable-keyboard-controls", help="the space key does not pause")
+    parser.add_flag("--start-paused", help="record nothing until the space key or the service ~/resume")
+    parser.add_flag("--disable-keyboard-controls", help="do not pause when the space key is pressed")
     parser.add_flag(
         "--snapshot-mode", help="keep the newest messages in memory, and write them when ~/snapshot is called"
     )
-    parser.add_flag("--use-sim-time", help="log times are those of /clock, and nothing is recorded before it")
-    parser.add_argument(
-        "--until-no-messages",
-        type=positive,
-        metavar="SEC",
-        help="end when no message arrives for so long",
+    parser.add_flag(
+        "--use-sim-time", help="take log times from /clock, and record nothing before its first message"
     )
-    parser.add_argument("--node-name", metavar="NAME", help="the name of the node; default: bag_recorder")
-    parser.add_argument("--log-level", choices=LEVELS, help="what the node logs; default: info")
+    parser.add_argument(
+        "--until-no-messages", type=positive, metavar="SEC",
+        help="stop when no message has arrived for this long",
+    )  # fmt: skip
+    arguments.add_node(parser, "bag_recorder")
 
 
 def _add_ignored(parser: Parser) -> None:
@@ -165,49 +134,27 @@ def _add_ignored(parser: Parser) -> None:
         )  # fmt: skip
 
 
-def size(text: str) -> int:
-    """Read a number of bytes, of 0 or more."""
-    if not re.fullmatch(r"[0-9]{1,15}", text):
-        raise argparse.ArgumentTypeError(f"expected a number of bytes, got '{text}'")
-    return int(text)
-
-
 def run(options: Options) -> int:
     """Record until SIGINT or SIGTERM, or until the recording ends by itself."""
-    from actors.bags.recorder.errors import InvalidRecordingError
     from actors.cli.loop import run_async
     from actors.cli.parsing import import_from_working_directory
 
     import_from_working_directory()
-    try:
+    with arguments.usage_errors():
         selection, chosen = _selection(options), _recorder_options(options)
-    except InvalidRecordingError as error:
-        raise CommandError(str(error), USAGE) from None
     run_async(lambda: _record(options, selection, chosen))
     return OK
 
 
 def _selection(options: Options) -> Selection:
-    from actors.bags.recorder.selection import Selection
-    from actors.cli.named import absolute
-
-    def names(of: list[str]) -> tuple[str, ...]:
-        return tuple(map(absolute, of))
-
-    return Selection(
-        topics=names([*options.topics_positional, *options.topics]),
-        services=names(options.services),
-        actions=names(options.actions),
+    return arguments.selection_of(
+        options,
+        [*options.topics_positional, *options.topics],
         topic_types=tuple(options.topic_types),
+        exclude_topic_types=tuple(options.exclude_topic_types),
         all_topics=options.all or options.all_topics,
         all_services=options.all or options.all_services,
         all_actions=options.all or options.all_actions,
-        regex=options.regex,
-        exclude_regex=options.exclude_regex,
-        exclude_topics=names(options.exclude_topics),
-        exclude_services=names(options.exclude_services),
-        exclude_actions=names(options.exclude_actions),
-        exclude_topic_types=tuple(options.exclude_topic_types),
         include_hidden_topics=options.include_hidden_topics,
         include_unpublished_topics=options.include_unpublished_topics,
         ignore_leaf_topics=options.ignore_leaf_topics,
@@ -232,14 +179,18 @@ def _recorder_options(options: Options) -> RecorderOptions:
         no_discovery=options.no_discovery,
         use_sim_time=options.use_sim_time,
         until_no_messages_sec=options.until_no_messages or 0,
-        qos_overrides=overrides_of(options.qos_profile_overrides_path),
+        qos_overrides=arguments.qos_overrides_of(options),
         custom_data=dict(map(_pair, options.custom_data)),
         **given,
     )
 
 
 def _compression(options: Options) -> str:
-    """Return the compression of chunks, from callboard's option or from ROS 2's."""
+    """Return the compression of chunks, from callboard's option or from ROS 2's.
+
+    ROS 2 can also compress messages one by one and files as a whole. callboard compresses chunks for all of
+    these options: other tools then find messages by the index, and a killed recorder leaves whole chunks.
+    """
     if options.compression is not None:
         return str(options.compression)
     if options.compression_mode != "none":
@@ -256,88 +207,27 @@ def _pair(text: str) -> tuple[str, str]:
     return key, value
 
 
-def overrides_of(path: str | None) -> dict[str, QoSProfile]:
-    """Return the profiles in a file of QoS overrides, by topic.
-
-    Args:
-        path: The file; None for none.
-
-    Raises:
-        CommandError: It cannot be read, or has something else.
-    """
-    if path is None:
-        return {}
-    from pathlib import Path
-
-    from actors.bags.recorder.errors import InvalidRecordingError
-    from actors.bags.recorder.recording_qos import read_overrides
-    from actors.interfaces.yaml_reader import YamlError
-
-    try:
-        return read_overrides(Path(path).read_bytes())
-    except OSError as error:
-        raise CommandError(f"{path}: {error.strerror or error}") from None
-    except (YamlError, InvalidRecordingError) as error:
-        raise CommandError(f"{path}: {error}") from None
-
-
 async def _record(options: Options, selection: Selection, chosen: RecorderOptions) -> None:
-    import asyncio
+    from contextlib import AsyncExitStack
+    from functools import partial
 
-    from actors.bags.recorder.recorder import NODE_NAME, Recorder
-    from actors.cli.broker_target import CONNECT_TIMEOUT_SEC, target_of, why_unreachable
+    from actors.bags.recorder.recorder import Recorder
+    from actors.cli.commands.bag.running import running
+    from actors.cli.keys import handling_keys
     from actors.cli.output import print_out
-    from actors.errors import BrokerUnreachable
-    from actors.logging.output import configure_logging
-    from actors.logging.severity import severity_from_name
 
-    if options.own_process:
-        configure_logging(severity_from_name(options.log_level or "info"))
-    target = target_of(options)
-    recorder = Recorder(
-        options.output or _default_name(),
-        selection,
-        chosen,
-        node_name=options.node_name or NODE_NAME,
-        url=target.url,
-        domain=target.domain,
-        connect_timeout_sec=CONNECT_TIMEOUT_SEC,
-    )
-    begun = False
-    try:
-        async with recorder:
-            begun = True
-            print_out(f"Recording into {recorder.path}")
-            await _until_end(recorder, with_keys=not options.disable_keyboard_controls)
-    except BrokerUnreachable:
-        if begun:
-            raise
-        raise await asyncio.to_thread(why_unreachable, target) from None
-    finally:
-        if begun:
-            print_out(_summary(recorder))
+    async with AsyncExitStack() as stack:
+        make = partial(Recorder, options.output or _default_name(), selection, chosen)
+        recorder = await stack.enter_async_context(running(options, make, _print_summary))
+        print_out(f"Recording into {recorder.path}")
 
+        async def obey(key: str) -> None:
+            if key == " ":
+                recorder.toggle_paused()
 
-async def _until_end(recorder: Recorder, *, with_keys: bool) -> None:
-    """Wait for the end of the recording; the space key pauses it meanwhile."""
-    import asyncio
-    from contextlib import aclosing
-
-    from actors.cli.keys import keys
-    from proto.aio.tasks import cancel_and_wait
-
-    async def obey() -> None:
-        async with aclosing(keys()) as pressed:
-            async for key in pressed:
-                if key == " ":
-                    recorder.toggle_paused()
-
-    task = asyncio.create_task(obey()) if with_keys else None
-    try:
+        if not options.disable_keyboard_controls:
+            await stack.enter_async_context(handling_keys(obey))
         await recorder.wait()
-    finally:
-        if task is not None:
-            await cancel_and_wait(task)
 
 
 def _default_name() -> str:
@@ -346,32 +236,14 @@ def _default_name() -> str:
     return time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")
 
 
-def _summary(recorder: Recorder) -> str:
+def _print_summary(recorder: Recorder) -> None:
+    from actors.cli.commands.bag.summaries import summary_of
+    from actors.cli.output import print_out
+
     found = recorder.statistics()
     missing = {
-        "lost on the way": found.lost,
-        "dropped, since the memory was full": found.dropped,
+        "lost on the way to the recorder": found.lost,
+        "dropped at the memory limit": found.dropped,
         "invalid": found.invalid,
     }
-    return summary_of(recorder.path, found.written, found.topics, "not recorded", missing)
-
-
-def summary_of(
-    path: Path, messages: int, topics: Mapping[str, int], verdict: str, missing: Mapping[str, int]
-) -> str:
-    """Return how many messages were recorded or played, in one line.
-
-    Args:
-        path: The bag.
-        messages: Their number.
-        topics: Their number by topic.
-        verdict: What the missing messages were not, such as "not played".
-        missing: The number of these messages by reason.
-    """
-    count = sum(1 for each in topics.values() if each)
-    parts = (
-        f"{number:,} {noun}{'' if number == 1 else 's'}"
-        for number, noun in ((messages, "message"), (count, "topic"))
-    )
-    reasons = ", ".join(f"{number:,} {reason}" for reason, number in missing.items() if number)
-    return f"{path}: {' of '.join(parts)}{f'; {verdict}: {reasons}' if reasons else ''}"
+    print_out(summary_of(recorder.path, found.topics, "not recorded", missing))

@@ -1,32 +1,31 @@
-"""`callboard bag recover`: write what is whole of a damaged bag into a new one."""
+"""`callboard bag recover`: copy what can be read of a damaged bag into a new one."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Final
 
+from actors.cli.commands.bag import arguments
 from actors.cli.parsing import Options, Parser, add_json_option
 
 EXAMPLES: Final = {
     "callboard bag recover trip": "into trip_recovered",
-    "callboard bag recover trip/trip_3.mcap -o rest": "of one file",
+    "callboard bag recover trip/trip_3.mcap -o rest": "from one file",
 }
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag, or a file: .mcap or .db3")
+    arguments.add_bag(parser)
     parser.add_argument("-o", "--output", metavar="DIR", help="the new bag; default: BAG_recovered")
-    parser.add_argument(
-        "--compression", choices=("none", "zstd", "lz4"), default="none", metavar="NAME",
-        help="compress the chunks of files: zstd, lz4, or none, the default",
-    )  # fmt: skip
+    arguments.add_compression(parser)
     add_json_option(parser)
 
 
 def run(options: Options) -> int:
-    """Write it, and say what it has."""
-    from actors.bags.recover import recover
+    """Write the new bag, and say what is in it."""
+    from actors.bags.operations.recover import recover
+    from actors.cli.commands.bag.summaries import counted
     from actors.cli.output import print_json, print_out, print_warning
 
     path = Path(options.bag_path)
@@ -38,6 +37,7 @@ def run(options: Options) -> int:
     for damage in report.damages:
         print_warning(damage)
     for name, count in sorted(report.kept.items()):
-        print_out(f"{name}: {count} messages")
-    print_out(f"{output}: {sum(report.kept.values())} messages kept, {len(report.damages)} damages left out")
+        print_out(f"{name}: {counted(count, 'message')}")
+    kept, damages = counted(report.kept.total(), "message"), counted(len(report.damages), "damaged part")
+    print_out(f"{output}: {kept} copied, {damages} left out")
     return 0

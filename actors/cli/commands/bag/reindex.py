@@ -1,25 +1,27 @@
-"""`callboard bag reindex`: write the metadata.yaml of a bag."""
+"""`callboard bag reindex`: write the metadata.yaml of a bag again, from its files."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import IGNORED, Options, Parser
+from actors.cli.commands.bag import arguments
 
-EXAMPLES: Final = {"callboard bag reindex trip": "from what its files have, after its recorder was killed"}
+if TYPE_CHECKING:
+    from actors.cli.parsing import Options, Parser
+
+EXAMPLES: Final = {"callboard bag reindex trip": "after its recorder was killed"}
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag")
-    parser.add_argument(
-        "-s", "--storage", choices=("mcap", "sqlite3"), help=f"{IGNORED} a file says itself what it is"
-    )
+    arguments.add_storage(parser)
 
 
 def run(options: Options) -> int:
-    """Write it."""
-    from actors.bags.recover import reindex
+    """Write metadata.yaml."""
+    from actors.bags.operations.recover import reindex
+    from actors.cli.commands.bag.summaries import counted
     from actors.cli.output import print_out, print_warning
 
     summary = reindex(options.bag_path)
@@ -27,10 +29,10 @@ def run(options: Options) -> int:
         print_warning(problem)
     if summary.problems:
         print_warning(
-            f"other tools may not read such files; callboard bag recover {options.bag_path} writes them anew"
+            f"other tools may not read such files; to repair them: callboard bag recover {options.bag_path}"
         )
     print_out(
-        f"{options.bag_path}/metadata.yaml: {len(summary.files)} files, {len(summary.topics)} topics, "
-        f"{summary.message_count} messages"
+        f"{options.bag_path}/metadata.yaml: {counted(len(summary.files), 'file')},"
+        f" {counted(len(summary.topics), 'topic')}, {counted(summary.message_count, 'message')}"
     )
     return 0

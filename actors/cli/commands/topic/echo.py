@@ -8,6 +8,7 @@ from actors.cli.parsing import (
     Options,
     Parser,
     add_broker_options,
+    add_field_options,
     add_node_name_option,
     add_print_options,
     add_qos_options,
@@ -36,14 +37,7 @@ def add_arguments(parser: Parser) -> None:
         nargs="?",
         help="such as std_msgs/msg/String; with it, a topic may be yet to come",
     )
-    parser.add_argument(
-        "--field", metavar="PATH", help="only this part, such as pose.position.x or points[0]"
-    )
-    parser.add_argument(
-        "--filter",
-        metavar="EXPR",
-        help="only messages for which this Python expression about m holds (it is evaluated): 'm.data > 3'",
-    )
+    add_field_options(parser)
     parser.add_flag("--raw", help="the bytes as they travel (msgpack)")
     parser.add_flag(
         *("-i", "--include-message-info"), help="with times, number and publisher of each message"

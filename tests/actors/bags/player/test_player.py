@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pytest
 
 from actors.bags import BagTopic, Order, Player, PlayerOptions, Recorder, Selection, Writer
-from actors.bags.errors import BagError, BagNotFoundError
-from actors.bags.player.errors import InvalidPlayingError
+from actors.bags.errors import BagError, BagNotFoundError, InvalidBagOptionError
 from actors.bags.player.player import EVERYTHING
 from actors.interfaces import cdr
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
@@ -340,7 +339,7 @@ async def test_bags_that_are_none(meeting: Meeting, tmp_path: Path) -> None:
         await player(meeting, tmp_path / "nothing").__aenter__()
     with Writer(tmp_path / "empty") as bag:
         bag.add_topic(COUNT)
-    with pytest.raises(InvalidPlayingError, match="no messages"):
+    with pytest.raises(BagError, match="no messages"):
         await player(meeting, tmp_path / "empty").__aenter__()
 
 
@@ -358,5 +357,5 @@ async def test_bags_that_are_none(meeting: Meeting, tmp_path: Path) -> None:
 )
 def test_options_that_are_out_of_range(options: dict[str, Any]) -> None:
     """They are refused at once."""
-    with pytest.raises(InvalidPlayingError):
+    with pytest.raises(InvalidBagOptionError):
         PlayerOptions(**options)

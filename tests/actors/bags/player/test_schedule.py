@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from actors.bags.player.errors import InvalidPlayingError
+from actors.bags.errors import InvalidBagOptionError
 from actors.bags.player.schedule import NS_PER_SEC, Schedule
 
 START_NS = 1_700_000_000_000_000_000
@@ -149,10 +149,10 @@ def test_the_position_ends_with_the_bag() -> None:
 @pytest.mark.parametrize("rate", [0, -1, float("nan"), float("inf"), 1e-300, 1e300])
 def test_rates_that_are_none(rate: float) -> None:
     """At the beginning and later; the rate stays as it was."""
-    with pytest.raises(InvalidPlayingError, match="rate is above 0"):
+    with pytest.raises(InvalidBagOptionError, match="rate must be from"):
         schedule(rate=rate)
     plan = schedule()
-    with pytest.raises(InvalidPlayingError):
+    with pytest.raises(InvalidBagOptionError):
         plan.set_rate(rate, 0)
     assert plan.rate == 1
 
@@ -160,5 +160,5 @@ def test_rates_that_are_none(rate: float) -> None:
 @pytest.mark.parametrize("name", ["start_offset_ns", "delay_ns"])
 def test_negative_times(name: str) -> None:
     """They are refused."""
-    with pytest.raises(InvalidPlayingError, match="negative"):
+    with pytest.raises(InvalidBagOptionError, match="negative"):
         schedule(**{name: -1})

@@ -43,13 +43,13 @@ def test_a_ring_keeps_the_newest() -> None:
     for number in range(5):
         ring.add([message(number)], OVERHEAD_BYTES)
     assert ring.size == 3 * OVERHEAD_BYTES
-    assert [each.sequence for each in ring.take()] == [2, 3, 4]
-    assert (ring.size, ring.take()) == (0, [])
+    assert [each.sequence for each in ring.pop_all()] == [2, 3, 4]
+    assert (ring.size, ring.pop_all()) == (0, [])
 
 
 def test_a_ring_keeps_one_message_of_any_size() -> None:
     """A snapshot of a large image is better than none."""
     ring = SnapshotRing(10)
     ring.add([message(1, 50), message(2, 50)], 2 * (50 + OVERHEAD_BYTES))
-    taken: list[Any] = ring.take()
+    taken: list[Any] = ring.pop_all()
     assert [each.sequence for each in taken] == [2]

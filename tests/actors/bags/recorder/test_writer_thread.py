@@ -24,7 +24,7 @@ from tests.waiting import until
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from actors.bags.records import BagTopic
+    from actors.bags.contents.records import BagTopic
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

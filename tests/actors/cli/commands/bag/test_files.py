@@ -89,7 +89,7 @@ def test_check_finds_what_is_wrong(tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "trip" / "metadata.yaml").write_text(changed, encoding="utf-8")
     assert main(["bag", "check", "trip", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["problems"] == [
-        "/chatter: metadata.yaml states 11 messages, and the files have 10"
+        "/chatter: metadata.yaml states 11 messages, but the files have 10"
     ]
     path.write_bytes(path.read_bytes()[:1500])
     assert main(["bag", "check", "trip/trip_0.mcap"]) == 1
@@ -101,7 +101,7 @@ def test_check_finds_what_is_wrong(tmp_path: Path, capsys: Capsys) -> None:
         bag.write(other, b"\0\1\0\0\xff\0\0\0", START_NS, START_NS)
     assert main(["bag", "check", "wrong"]) == 1
     out = capsys.readouterr().out
-    assert "/a: its type hash RIHS01_0 is not that of its definition" in out
+    assert "/a: its type hash RIHS01_0 differs from that of its definition" in out
     assert "/chatter, time 1700000000000000000: std_msgs/msg/String" in out
 
 
@@ -113,7 +113,7 @@ def test_reindex_writes_the_metadata_of_a_killed_recorder(tmp_path: Path, capsys
     for _ in range(2):
         assert main(["bag", "reindex", "trip"]) == 0
         captured = capsys.readouterr()
-        assert "trip/metadata.yaml: 1 files, 2 topics, " in captured.out
+        assert "trip/metadata.yaml: 1 file, 2 topics, " in captured.out
         assert "its end is missing" in captured.err
         (tmp_path / "trip" / "metadata.yaml").write_text("{", encoding="utf-8")
     assert main(["bag", "reindex", "trip"]) == 0
@@ -171,7 +171,7 @@ def test_convert_joins_filters_and_compresses(tmp_path: Path, capsys: Capsys) ->
     with Reader("c") as bag:
         assert [message.log_time_ns - START_NS for message in bag.messages()] == [0, 0, 1, 1, 2, 2, 3, 3]
     assert main(["bag", "convert", "c", "-o", "d", "--topics", "/count"]) == 0
-    assert capsys.readouterr().out == "d: 4 messages of 1 topics\n"
+    assert capsys.readouterr().out == "d: 4 messages of 1 topic\n"
     assert main(["bag", "convert", "-o", "e"]) == 2
     assert main(["bag", "convert", "a", "-o", "e", "-b", "7"]) == 2
     assert "at least 1024 bytes" in capsys.readouterr().err
@@ -187,7 +187,7 @@ def test_export_writes_a_table_for_each_topic(tmp_path: Path, capsys: Capsys) ->
         bag.write(image, cdr.encode(CompressedImage(format="png", data=b"\1\2\3")), START_NS, START_NS)
         bag.write(odd, text('a,"b"\nc'), START_NS, START_NS)
     assert main(["bag", "export", "trip", "--csv"]) == 0
-    assert "trip_csv/arm.pose.csv: 1 messages of /arm/pose\n" in capsys.readouterr().out
+    assert "trip_csv/arm.pose.csv: 1 message of /arm/pose\n" in capsys.readouterr().out
     [head, row] = csv.reader(
         (tmp_path / "trip_csv" / "arm.pose.csv").read_text(encoding="utf-8").splitlines()
     )

@@ -1,4 +1,4 @@
-"""Reads one SQLite file of rosbag2 (`.db3`), of all versions of its tables."""
+"""Reads one SQLite file of rosbag2 (`.db3`), in any version of its tables."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import sqlite3
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bags.definitions import full_type_name
+from actors.bags.contents.definitions import full_type_name
+from actors.bags.contents.qos_lists import qos_profiles
+from actors.bags.contents.records import BagMessage, BagTopic, TopicCount
 from actors.bags.errors import InvalidBagError
-from actors.bags.files import MAX_MESSAGE_BYTES, FileContents, Filter, Order, open_regular
-from actors.bags.qos_lists import qos_profiles
-from actors.bags.records import BagMessage, BagTopic, TopicCount
+from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, FileContents, Filter, Order, open_regular
 from actors.interfaces.yaml_reader import YamlError
 
 if TYPE_CHECKING:
@@ -24,15 +24,16 @@ _HEAD_BYTES: Final = 100
 _PAGE_BYTES: Final = struct.Struct(">H")
 _PAGES: Final = struct.Struct(">I")
 MAX_TOPICS: Final = 100_000
-"""Topics and definitions that are read of a file, each."""
+"""Limit for the topics, and for the definitions, of a file."""
 _PLAIN_TABLE: Final = "create table"
 _TIMES: Final = range(1 << 63)
 
 
 class SqliteFile:
-    """A SQLite file that is open for reading: a `BagFile`.
+    """An open SQLite file: a `BagFile`.
 
-    Nothing of the file runs: views and virtual tables are refused, and its schema is not trusted.
+    The file may come from anywhere: views and virtual tables, which could execute code, are refused, and its
+    schema is not trusted.
 
     Args:
         path: The file.
@@ -41,7 +42,7 @@ class SqliteFile:
         path: The file.
 
     Raises:
-        InvalidBagError: It is no SQLite file of rosbag2.
+        InvalidBagError: It is not a SQLite file of rosbag2.
     """
 
     def __init__(self, path: Path) -> None:
@@ -49,9 +50,9 @@ class SqliteFile:
         with open_regular(path) as file:
             head = file.read(_HEAD_BYTES)
             if not head.startswith(MAGIC):
-                self._fail("this is no SQLite file: its first bytes are others")
+                self._fail("this is not a SQLite file: it starts with other bytes")
             self._check_size(head, os.fstat(file.fileno()).st_size)
-        # Immutable: neither locks nor a log beside the file, which is not ours.
+        # Immutable: SQLite then creates neither locks nor a log beside a file that belongs to somebody else.
         uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         try:
             self._connection = sqlite3.connect(uri, uri=True, check_same_thread=False)
@@ -69,13 +70,13 @@ class SqliteFile:
         self._contents: FileContents | None = None
 
     def _check_size(self, head: bytes, size: int) -> None:
-        """Check that no page is missing: SQLite reads the rest of a page that is cut as empty."""
+        """Check that no page is missing: SQLite would read the missing part of a page as empty."""
         head = head.ljust(_HEAD_BYTES, b"\0")
         (page_bytes,), (pages,) = _PAGE_BYTES.unpack_from(head, 16), _PAGES.unpack_from(head, 28)
-        # 1 means 65,536; the number of pages counts only if the last program that wrote knew it.
+        # A page size of 1 means 65,536. The number of pages is valid only if both change counters are equal.
         stated = (65_536 if page_bytes == 1 else page_bytes) * pages
         if size < _HEAD_BYTES or (head[24:28] == head[92:96] and size < stated):
-            self._fail(f"the database states {stated:,} bytes, and the file has {size:,}: its end is missing")
+            self._fail(f"the database has {stated:,} bytes, but the file only {size:,}: its end is missing")
 
     def close(self) -> None:
         """Close the file."""
@@ -97,10 +98,10 @@ class SqliteFile:
         found: dict[str, set[str]] = {}
         for name, kind, sql in self._rows(query):
             if kind != "table" or not str(sql).lower().startswith(_PLAIN_TABLE):
-                self._fail(f"'{name}' is no plain table")
+                self._fail(f"'{name}' is not a plain table")
             found[name] = {str(row[0]) for row in self._rows(f"SELECT name FROM pragma_table_info('{name}')")}  # noqa: S608
         if not {"messages", "topics"} <= found.keys():
-            self._fail("it has no tables 'messages' and 'topics'; is it a bag?")
+            self._fail("it lacks the tables 'messages' and 'topics'; is it a bag?")
         return found
 
     def _read_topics(self) -> dict[int, BagTopic]:
@@ -116,20 +117,20 @@ class SqliteFile:
         topics: dict[int, BagTopic] = {}
         for number, name, type_name, encoding, qos, type_hash in self._rows(query):
             if not isinstance(number, int):
-                self._fail("the id of a topic is no number")
+                self._fail("the id of a topic is not a number")
             full_name = full_type_name(str(type_name))
             text, text_format = definitions.get(full_name, ("", ""))
             try:
                 profiles = qos_profiles(str(qos))
             except YamlError:
-                profiles = ()  # of no use, and no reason not to read the messages
+                profiles = ()  # the messages can be read without them
             topics[number] = BagTopic(
                 str(name), full_name, text, text_format, str(type_hash), profiles, str(encoding)
             )
         return topics
 
     def contents(self) -> FileContents:
-        """Return what the file has; see `BagFile.contents`."""
+        """Return a summary of the file; see `BagFile.contents`."""
         if self._contents is None:
             counts: dict[int, int] = {}
             times: list[int] = []
@@ -143,9 +144,8 @@ class SqliteFile:
             wal = self.path.with_name(f"{self.path.name}-wal")
             problem = ""
             if wal.is_file() and wal.stat().st_size:
-                problem = (
-                    f"{wal.name} has messages that are not in it yet; open it once with: sqlite3 {self.path}"
-                )
+                remedy = f"sqlite3 {self.path} .tables"  # closing the database merges its log
+                problem = f"{wal.name} has messages that are not in it yet; to add them: {remedy}"
             topics = tuple(TopicCount(topic, counts.get(number, 0)) for number, topic in self._topics.items())
             size = self.path.stat().st_size
             self._contents = FileContents(topics, min(times, default=0), max(times, default=0), size, problem)
@@ -153,7 +153,7 @@ class SqliteFile:
 
     def _time(self, value: object) -> int:
         if not isinstance(value, int) or value not in _TIMES:
-            self._fail(f"a time is no number of nanoseconds: {value!r:.40}")
+            self._fail(f"expected a time in nanoseconds, got {value!r:.40}")
         return value
 
     def messages(self, chosen: Filter, order: Order) -> Iterator[BagMessage]:
@@ -174,6 +174,6 @@ class SqliteFile:
             if topic is None:
                 continue
             if not isinstance(data, bytes):
-                self._fail(f"a message of {topic.name[:80]} is no sequence of bytes")
-            # These files have no time of publishing.
+                self._fail(f"a message of {topic.name[:80]} is not a sequence of bytes")
+            # These files have no publish times.
             yield BagMessage(topic, data, log_time_ns, log_time_ns)

@@ -1,4 +1,4 @@
-"""What readers of files of bags have in common: what a file has, and how its messages are asked for."""
+"""The protocol of readers of a single file of a bag, and the data that they take and return."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from actors.bags.records import BagMessage, BagTopic, TopicCount
+    from actors.bags.contents.records import BagMessage, BagTopic, TopicCount
 
 MAX_MESSAGE_BYTES: Final = 512 * 1024 * 1024
-"""Bytes of a message, and of a chunk of messages after decompression: the memory that reading takes."""
+"""Limit for a message, and for a chunk of messages after decompression: reading holds these in memory."""
 _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
 
@@ -25,21 +25,21 @@ class Order(Enum):
     """The order of messages."""
 
     LOG = "log"
-    """By the time when they were received."""
+    """By their log times, when they were received."""
     PUBLISH = "publish"
-    """By the time when they were published."""
+    """By their publish times."""
     FILE = "file"
-    """As they are in the files."""
+    """As they are stored in the files."""
 
 
 @dataclass(frozen=True)
 class Filter:
-    """Which messages are asked for.
+    """Which messages to read.
 
     Attributes:
-        topics: Names of topics; None: all.
-        start_ns: The least log time; None: all.
-        end_ns: The greatest log time; None: all.
+        topics: Names of topics; None for all.
+        start_ns: Least log time; None for no limit.
+        end_ns: Greatest log time; None for no limit.
     """
 
     topics: frozenset[str] | None = None
@@ -47,11 +47,11 @@ class Filter:
     end_ns: int | None = None
 
     def has_topic(self, topic: BagTopic) -> bool:
-        """Return whether messages of a topic are asked for."""
+        """Return whether to read messages of a topic."""
         return self.topics is None or topic.name in self.topics
 
     def overlaps(self, start_ns: int, end_ns: int) -> bool:
-        """Return whether messages between two times, both included, may be asked for."""
+        """Return whether some of the messages between two times, both included, may be read."""
         return (self.start_ns is None or end_ns >= self.start_ns) and (
             self.end_ns is None or start_ns <= self.end_ns
         )
@@ -63,15 +63,15 @@ ALL: Final = Filter()
 
 @dataclass(frozen=True)
 class FileContents:
-    """What a file has.
+    """A summary of a file.
 
     Attributes:
-        topics: Its topics, and the number of messages of each.
-        start_ns: The time of the first message; 0 if there is none.
-        end_ns: The time of the last.
-        size: Its bytes.
-        problem: Why not all of it can be read, such as that its end is missing; "" if it is whole.
-        metadata: Metadata records by name.
+        topics: Its topics, with the number of messages of each.
+        start_ns: Log time of the first message; 0 if there is none.
+        end_ns: Log time of the last message.
+        size: Its size in bytes.
+        problem: Why a part of it cannot be read, such as a missing end; "" if all of it can be.
+        metadata: The values of its Metadata records, by the names of the records.
     """
 
     topics: tuple[TopicCount, ...]
@@ -83,7 +83,7 @@ class FileContents:
 
     @property
     def message_count(self) -> int:
-        """All messages."""
+        """Number of all messages."""
         return sum(each.message_count for each in self.topics)
 
 
@@ -92,19 +92,19 @@ class BagFile(Protocol):
 
     @property
     def path(self) -> Path:
-        """Where it is."""
+        """Its path."""
         ...
 
     def contents(self) -> FileContents:
-        """Return what it has.
+        """Return a summary of it.
 
         Raises:
-            InvalidBagError: Nothing of it can be read.
+            InvalidBagError: No part of it can be read.
         """
         ...
 
     def messages(self, chosen: Filter, order: Order) -> Iterator[BagMessage]:
-        """Yield its messages, in the order of the file or of log times.
+        """Yield its messages, in the order of the file or by log time.
 
         Raises:
             InvalidBagError: A part of the file is damaged.
@@ -117,12 +117,12 @@ class BagFile(Protocol):
 
 
 def open_regular(path: Path) -> IO[bytes]:
-    """Open a file for reading.
+    """Open a file for reading, without waiting if it is a pipe that nobody writes.
 
     Raises:
         BagError: It cannot be read.
         BagNotFoundError: It does not exist.
-        InvalidBagError: It is no regular file.
+        InvalidBagError: It is not a regular file.
     """
 
     def opener(name: str, flags: int) -> int:
@@ -136,5 +136,5 @@ def open_regular(path: Path) -> IO[bytes]:
         raise BagError(f"{path}: {error.strerror or error}") from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
-        raise InvalidBagError(path, "", "it is no regular file")
+        raise InvalidBagError(path, "", "it is not a regular file")
     return file

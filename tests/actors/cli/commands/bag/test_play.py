@@ -83,9 +83,9 @@ async def test_a_burst(desk: Desk, tmp_path: Path) -> None:
     ("arguments", "text"),
     [
         (["--remap", "/a"], "expected OLD:=NEW"),
-        (["--rate", "1e300"], "rate is above 0"),
-        (["--regex", "("], "no regular expression"),
-        (["--clock", "1e6"], "clock_hz is at most"),
+        (["--rate", "1e300"], "rate must be from"),
+        (["--regex", "("], "not a valid regular expression"),
+        (["--clock", "1e6"], "clock_hz must be at most"),
         (["--clock", "--clock-topics-all"], "not allowed with"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Checks a bag without playing it: everything is read, and each message is decoded."""
+"""Checks a whole bag: reads all files, verifies their checksums, and decodes each message."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from actors.bags.contents.records import CDR
 from actors.bags.errors import BagError
-from actors.bags.files import ALL, Order
-from actors.bags.records import CDR
+from actors.bags.storage.bag_file import ALL, Order
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import type_hash
 from proto.errors import CallboardError
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from actors.bags.contents.records import BagMessage, BagTopic
     from actors.bags.reader import Reader
-    from actors.bags.records import BagMessage, BagTopic
 
 MAX_PROBLEMS: Final = 100
-"""Problems that are told; the others are counted."""
+"""Problems that are listed; further ones are only counted."""
 
 
 @dataclass
 class CheckReport:
-    """What a check has found.
+    """The result of a check.
 
     Attributes:
-        messages: Messages that can be read and decoded, by topic.
-        invalid: Messages that can be read and not decoded, by topic.
-        problems: What is wrong, each in one sentence; at most `MAX_PROBLEMS`.
-        problem_count: How many there are.
+        messages: Number of messages that can be read and decoded, by topic.
+        invalid: Number of messages that can be read but not decoded, by topic.
+        problems: The problems, each in one sentence; at most `MAX_PROBLEMS`.
+        problem_count: Number of all problems.
     """
 
     messages: Counter[str] = field(default_factory=Counter[str])
@@ -48,14 +48,14 @@ class CheckReport:
 
 
 def check(reader: Reader) -> CheckReport:
-    """Read a whole bag, and say what is wrong with it.
+    """Read a whole bag, and report its problems.
 
     Args:
         reader: The bag.
 
     Returns:
-        What was found: damaged files, messages that are no messages of their type, definitions of which no
-        class can be made or whose hash differs from the stated one, and wrong numbers in metadata.yaml.
+        The counts, and the problems: damaged files, messages that cannot be decoded, definitions that are
+        invalid or whose hash differs from the stated one, and wrong counts in metadata.yaml.
     """
     report = CheckReport()
     counts: Counter[str] = Counter()
@@ -69,14 +69,14 @@ def check(reader: Reader) -> CheckReport:
             report.add(str(error))
     metadata = reader.metadata
     if metadata is None and reader.path.is_dir():
-        report.add(f"{reader.path} has no metadata.yaml; callboard bag reindex {reader.path} writes it")
+        report.add(f"{reader.path} has no metadata.yaml; to write it: callboard bag reindex {reader.path}")
     stated: Counter[str] = Counter()
     for each in () if metadata is None else metadata.topics:
         stated[each.topic.name] += each.message_count
     for name, count in stated.items():
         if count != counts[name]:
             report.add(
-                f"{name}: metadata.yaml states {count:,} messages, and the files have {counts[name]:,}"
+                f"{name}: metadata.yaml states {count:,} messages, but the files have {counts[name]:,}"
             )
     return report
 
@@ -103,17 +103,17 @@ def _check_messages(reader: Reader, path: Path, report: CheckReport, counts: Cou
 
 
 def problem_of(topic: BagTopic) -> str:
-    """Return why messages of a topic cannot be decoded, or are in doubt; "" if they can.
+    """Return why messages of a topic cannot be decoded, or may be decoded wrongly; "" if neither.
 
     Args:
         topic: The topic.
     """
     if topic.encoding != CDR:
-        return f"its messages are in '{topic.encoding[:40]}'; callboard decodes cdr"
+        return f"its messages are encoded as '{topic.encoding[:40]}'; callboard decodes cdr"
     try:
         found = type_hash(topic.message_class())
     except CallboardError as error:
         return str(error)
     if topic.type_hash and topic.type_hash != found:
-        return f"its type hash {topic.type_hash[:71]} is not that of its definition, {found}"
+        return f"its type hash {topic.type_hash[:71]} differs from that of its definition, {found}"
     return ""

@@ -1,4 +1,4 @@
-"""What a bag has: topics, messages, and a summary of them. Plain data."""
+"""Topics and messages of a bag, and the values of metadata.yaml. Plain data."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from actors.bags.definitions import ROS2MSG, class_of_definition, definition_text, has_stated_hash
+from actors.bags.contents.definitions import ROS2MSG, class_of_definition, definition_text, has_stated_hash
 from actors.interfaces import cdr
 from actors.interfaces.message import type_hash, type_name
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
     from actors.qos.profile import QoSProfile
 
 CDR = "cdr"
-"""The encoding of messages of ROS 2, and the only one that is decoded."""
+"""The encoding of ROS 2's messages, the only one that callboard decodes."""
 
 
 @dataclass(frozen=True)
 class BagTopic:
-    """A topic in a bag. The same name with another type or definition is another topic.
+    """A topic in a bag. Topics with the same name and another type or definition are separate topics.
 
     Attributes:
         name: The topic's name.
         type_name: Such as "std_msgs/msg/String".
-        definition: The text of the type's definition with all that it contains; "" if the bag has none.
+        definition: The definition of the type and of the types that it uses; "" if the bag has none.
         definition_format: "ros2msg" or "ros2idl".
         type_hash: "RIHS01_…", or "".
-        qos_profiles: What its publishers offered.
-        encoding: Of its messages.
+        qos_profiles: The QoS that its publishers offered.
+        encoding: How its messages are encoded, such as "cdr".
     """
 
     name: str
@@ -51,7 +51,7 @@ class BagTopic:
         Args:
             name: The topic's name.
             msg_type: The class; its definition is written from its fields.
-            qos_profiles: What its publishers offer.
+            qos_profiles: The QoS that its publishers offer.
         """
         full_name = type_name(msg_type)
         found = type_hash(msg_type) if has_stated_hash(full_name) else ""
@@ -59,15 +59,15 @@ class BagTopic:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """What makes it another topic than others: name, type and definition."""
+        """Name, type and definition, which together identify the topic."""
         return self.name, self.type_name, self.definition
 
     def message_class(self) -> type[Message]:
-        """Return the class of its messages: the installed one, if it is the same, or one that is made.
+        """Return the class of its messages: the installed one if its definition is the same, or a new one.
 
         Raises:
             InterfaceSyntaxError: The definition breaks a rule.
-            InvalidMessageError: No class can be made of it.
+            InvalidMessageError: No class can be made from the definition.
             UnknownInterfaceError: The bag has no definition, and the type is not installed.
         """
         return class_of_definition(self.type_name, self.definition, self.definition_format)
@@ -80,18 +80,18 @@ class BagMessage(NamedTuple):
     data: bytes
     """CDR, with its header of four bytes."""
     log_time_ns: int
-    """When it was received, in nanoseconds since 1970."""
+    """Time of reception, in nanoseconds since 1970."""
     publish_time_ns: int
-    """When it was published."""
+    """Time of publication, in nanoseconds since 1970."""
     sequence: int = 0
-    """Its number; 0 if the recorder has none."""
+    """The publisher's number for the message; 0 if the recorder stored none."""
 
     def decoded(self) -> Message:
         """Return the message.
 
         Raises:
             InterfaceSyntaxError: As for `BagTopic.message_class`.
-            InvalidMessageError: Its bytes are not of this type; or as for `BagTopic.message_class`.
+            InvalidMessageError: The bytes are not a message of the type; or as for `BagTopic.message_class`.
             UnknownInterfaceError: As for `BagTopic.message_class`.
         """
         return cdr.decode(self.topic.message_class(), self.data)
@@ -99,7 +99,7 @@ class BagMessage(NamedTuple):
 
 @dataclass(frozen=True)
 class TopicCount:
-    """A topic, and how many messages it has."""
+    """A topic and the number of its messages."""
 
     topic: BagTopic
     message_count: int
@@ -110,10 +110,10 @@ class FileSummary:
     """A file of a bag.
 
     Attributes:
-        path: Its name in the folder of the bag.
-        start_ns: The time of its first message; 0 if it has none.
-        duration_ns: From its first to its last message.
-        message_count: Its messages.
+        path: The file's name in the folder of the bag.
+        start_ns: Log time of its first message; 0 if it has none.
+        duration_ns: Time from its first to its last message.
+        message_count: Number of its messages.
     """
 
     path: str
@@ -124,20 +124,20 @@ class FileSummary:
 
 @dataclass(frozen=True)
 class BagMetadata:
-    """What metadata.yaml says.
+    """The values of metadata.yaml.
 
     Attributes:
-        version: Of the file's form, 1 to 9.
+        version: Version of the file format, 1 to 9.
         storage_identifier: "mcap" or "sqlite3".
-        files: The files in order; for versions before 5 with their paths only.
-        topics: The topics, and the number of their messages.
-        start_ns: The time of the first message; 0 if there is none.
-        duration_ns: From the first to the last message.
-        message_count: All messages.
+        files: The files in order; versions before 5 have only their paths.
+        topics: The topics, with the number of their messages.
+        start_ns: Log time of the first message; 0 if there is none.
+        duration_ns: Time from the first to the last message.
+        message_count: Number of all messages.
         compression_format: Such as "zstd"; "" if nothing is compressed (chunks of MCAP aside).
         compression_mode: "file" or "message", or "".
-        custom_data: What the one who recorded it has added.
-        ros_distro: Such as "kilted"; "callboard" for what callboard has written.
+        custom_data: Strings that the user or the recorder stored, by name.
+        ros_distro: Name of the ROS 2 distribution, such as "kilted"; "callboard" if callboard wrote the bag.
     """
 
     version: int

@@ -1,4 +1,4 @@
-"""The QoS that publishers of a topic offered, as YAML of rosbag2: words since version 9, numbers before.
+"""The QoS that publishers of a topic offered, in rosbag2's YAML: words since version 9, numbers before.
 
 - history: keep_last
   depth: 10
@@ -34,23 +34,24 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 MAX_PROFILES: Final = 1000
-"""Publishers of a topic whose QoS is read or written; the file would otherwise grow with each of them."""
+"""Limit for the publishers of a topic whose QoS is read or written: a publisher that comes and goes all day
+must not fill the file."""
 WORDS_SINCE: Final = 9
-"""The version of metadata.yaml since which policies are words."""
+"""First version of metadata.yaml in which policies are words."""
 _INFINITE: Final = divmod((1 << 63) - 1, NANOSECONDS_PER_SECOND)
 _FOREVER_SEC: Final = (1 << 31) - 1
-"""More seconds than this are no limit: each middleware of ROS 2 Foxy had another number for it."""
+"""This many seconds or more mean "no limit": each middleware of ROS 2 Foxy wrote another number for it."""
 _TIMES: Final = ("deadline", "lifespan", "liveliness_lease_duration")
 
 _Policy = TypeVar("_Policy", HistoryPolicy, ReliabilityPolicy, DurabilityPolicy, LivelinessPolicy)
 
 
 def qos_list(profiles: Iterable[QoSProfile], version: int = WORDS_SINCE) -> list[dict[str, Any]]:
-    """Return profiles as rosbag2 writes them: mappings of words, numbers and times.
+    """Return profiles as rosbag2 writes them: mappings of policies to words, numbers and times.
 
     Args:
-        profiles: The profiles. Of more than `MAX_PROFILES`, the first.
-        version: Of metadata.yaml.
+        profiles: The profiles; only the first `MAX_PROFILES` are used.
+        version: The version of metadata.yaml.
     """
     return [_entry(profile, version) for profile in islice(profiles, MAX_PROFILES)]
 
@@ -72,29 +73,29 @@ def _entry(profile: QoSProfile, version: int) -> dict[str, Any]:
 
 
 def qos_profiles(value: object) -> tuple[QoSProfile, ...]:
-    """Return the profiles of a list of rosbag2, of any version.
+    """Return the profiles in a list that rosbag2 wrote, in any version.
 
-    A policy that is unknown here becomes UNKNOWN, and no limit of time is 0.
+    An unknown value of a policy becomes UNKNOWN.
 
     Args:
-        value: The list, as a YAML document or already loaded; "" and None are an empty one.
+        value: The list, as a YAML document or already loaded; "" and None mean an empty list.
 
     Raises:
-        YamlError: It is no such list.
+        YamlError: It is not a list of QoS profiles.
     """
     if isinstance(value, str):
         value = load_yaml(value, rules=PlainText)
     if not value:
         return ()
     if not isinstance(value, Sequence) or isinstance(value, str):
-        raise YamlError("offered_qos_profiles is no list")
+        raise YamlError("offered_qos_profiles is not a list")
     entries = cast("Sequence[object]", value)
     return tuple(_profile(each) for each in entries[:MAX_PROFILES])
 
 
 def _profile(entry: object) -> QoSProfile:
     if not isinstance(entry, Mapping):
-        raise YamlError("an entry of offered_qos_profiles is no mapping")
+        raise YamlError("an entry of offered_qos_profiles is not a mapping")
     fields = cast("Mapping[str, Any]", entry)
     history = _policy(HistoryPolicy, fields.get("history"))
     depth = min(_integer("depth", fields.get("depth", 0)), MAX_DEPTH)
@@ -124,7 +125,7 @@ def _policy(kind: type[_Policy], value: object) -> _Policy:
 def _integer(name: str, value: object) -> int:
     text = str(value).strip()
     if not text.isdecimal() or len(text) > len(str(1 << 64)):
-        raise YamlError(f"{name} is no number: {text[:40]!r}")
+        raise YamlError(f"{name} is not a number: {text[:40]!r}")
     return int(text)
 
 
@@ -140,11 +141,11 @@ def _time(name: str, value: object) -> Duration:
 
 
 def qos_text(profiles: Iterable[QoSProfile], version: int = WORDS_SINCE) -> str:
-    """Return profiles as a YAML document, as in the metadata of a channel or in a text of metadata.yaml.
+    """Return profiles as a YAML document: the metadata of an MCAP channel, or a string in metadata.yaml.
 
     Args:
         profiles: As for `qos_list`.
-        version: Of metadata.yaml.
+        version: The version of metadata.yaml.
     """
     entries = qos_list(profiles, version)
     lines = block_text({"list": entries}).splitlines()[1:] if entries else []

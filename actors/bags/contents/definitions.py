@@ -1,17 +1,18 @@
-"""Definitions of message types as bags have them: the text of a type and of all that it contains.
+"""Definitions of message types in bags: the text of a type, then the texts of all types that it uses.
 
-    std_msgs/Header header                      `ros2msg`: what a .msg file says,
+    std_msgs/Header header                      `ros2msg`: the text of a .msg file,
     float64 value
     ================================================================================
-    MSG: std_msgs/Header                        and then each contained message, with its name above
+    MSG: std_msgs/Header                        then each type that it uses, below its name
     builtin_interfaces/Time stamp
     string frame_id
     ================================================================================
     MSG: builtin_interfaces/Time
     …
 
-In `ros2idl` all parts have such a heading (`IDL: …`), the type itself, too. A definition from a bag is parsed
-as any interface file is, and makes a class as one from the graph does (`runtime_types`): nothing of it runs.
+In `ros2idl` every part has such a heading (`IDL: …`), also the type itself. A definition from a bag is parsed
+like an interface file and becomes a class like a definition from the graph (`runtime_types`): no part of it
+is executed.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ ROS2MSG: Final = "ros2msg"
 ROS2IDL: Final = "ros2idl"
 
 MAX_DEFINITION_CHARS: Final = 1 << 20
-"""A definition with all that it contains; the longest of ROS 2's own packages has 10,000 characters."""
+"""Limit for a whole definition; the longest one of ROS 2's own packages has 10,000 characters."""
 MAX_PARTS: Final = 500
-"""Types in a definition; those of ROS 2's own packages have up to 20."""
+"""Limit for the types in a definition; those of ROS 2's own packages have up to 20."""
 _CACHED_CLASSES: Final = 256
-"""Classes made of definitions that are kept: a bag has a few dozen types."""
+"""Classes to keep in the cache: a bag has a few dozen types."""
 
 _LINE: Final = "=" * 80
 _HEADING: Final = re.compile(r"^={80}\n(?:MSG|IDL): ([^\n]*)\n?", re.MULTILINE)
@@ -53,7 +54,7 @@ _KIND: Final = re.compile(r"^(\w+)/(?:srv|action)/", re.MULTILINE)
 
 
 def definition_text(cls: type[Message]) -> str:
-    """Return the `ros2msg` definition of a message class, generated or written by hand.
+    """Return the `ros2msg` definition of a message class, whether generated or written by hand.
 
     Raises:
         TypeError: `cls` is not a message class, or one of its fields has no ROS type.
@@ -66,7 +67,7 @@ def definition_text(cls: type[Message]) -> str:
 
 
 def _text(cls: object) -> str:
-    # Readers know names of two parts. The parts of services and actions have names that no message has.
+    # Readers expect names of two parts, so the kind goes. SetBool_Request stays unique without it.
     return _KIND.sub(r"\1/", source_of(cast("type[Message]", cls)))
 
 
@@ -76,10 +77,10 @@ def _short(name: str) -> str:
 
 
 def has_stated_hash(name: str) -> bool:
-    """Return whether a bag states the hash of a type: it does not for the parts of services and actions.
+    """Return whether a bag states the hash of a type: for messages, not for parts of services and actions.
 
-    Those are no messages for many readers, which know other names for them. rosbags compares hashes when it
-    opens a bag, and so could not read any topic of a bag with a service.
+    rosbags compares all hashes when it opens a bag. It knows the parts of services and actions by other
+    names, computes other hashes for them, and would refuse the whole bag.
 
     Args:
         name: The type's name, with three parts.
@@ -91,23 +92,23 @@ def full_type_name(name: str) -> str:
     """Return a type name with three parts, as "std_msgs/msg/String" for "std_msgs/String".
 
     Args:
-        name: A type name of a bag; what is none is returned as it is.
+        name: A type name from a bag. Text that is not a type name is returned unchanged.
     """
     package, _, word = name.partition("/")
     return f"{package}/msg/{word}" if word and "/" not in word else name
 
 
 def class_of_definition(name: str, text: str, text_format: str) -> type[Message]:
-    """Return the class of a type: the installed one if it is the same, or one that is made.
+    """Return the class of a type: the installed one if its definition is the same, or a new one.
 
     Args:
         name: The type's name.
-        text: Its definition; "" for an installed type.
+        text: Its definition; "" to use the installed type.
         text_format: "ros2msg" or "ros2idl".
 
     Raises:
         InterfaceSyntaxError: The definition breaks a rule of its format.
-        InvalidMessageError: No class can be made of it: it contains itself, or has too many elements.
+        InvalidMessageError: No class can be made from it: a type contains itself, or has too many elements.
         UnknownInterfaceError: There is no definition, and the type is not installed.
     """
     return _class(full_type_name(name), text, text_format)
@@ -115,7 +116,7 @@ def class_of_definition(name: str, text: str, text_format: str) -> type[Message]
 
 @lru_cache(maxsize=_CACHED_CLASSES)
 def _class(name: str, text: str, text_format: str) -> type[Message]:
-    # Without a text: an empty message, or a recorder that did not find the definition.
+    # An empty text: the message has no fields, or the recorder did not find the definition.
     found = None if text.strip() else installed_interface(name)
     if found is not None and issubclass(found, Message):
         return found
@@ -125,7 +126,7 @@ def _class(name: str, text: str, text_format: str) -> type[Message]:
 
 
 def canonical_definition(name: str, text: str, text_format: str) -> bytes:
-    """Return the canonical definition of a type, from which `hash_of` makes its type hash.
+    """Return the canonical definition of a type, from which `hash_of` computes its type hash.
 
     Args:
         name: The type's name, with three parts.
@@ -134,7 +135,7 @@ def canonical_definition(name: str, text: str, text_format: str) -> bytes:
 
     Raises:
         InterfaceSyntaxError: The definition breaks a rule of its format, or is too long.
-        InvalidMessageError: It does not define all that it contains.
+        InvalidMessageError: It uses a type that it does not define.
     """
     types = _types(name, text, text_format)
     try:
@@ -144,7 +145,7 @@ def canonical_definition(name: str, text: str, text_format: str) -> bytes:
 
 
 def _types(name: str, text: str, text_format: str) -> dict[str, dict[str, FieldType]]:
-    """Return the fields of each type in a definition, and of standard types that it does not define."""
+    """Return the fields of all types that a definition defines, and of standard types that it only uses."""
     if len(text) > MAX_DEFINITION_CHARS:
         raise InterfaceSyntaxError(name, 0, f"The definition has more than {MAX_DEFINITION_CHARS} characters")
     _, kind, _ = _name_parts(name)
@@ -172,7 +173,7 @@ def _name_parts(name: str) -> tuple[str, str, str]:
     package, _, rest = name.partition("/")
     kind, _, word = rest.partition("/")
     if kind not in KINDS or not PACKAGE_NAME.fullmatch(package):
-        raise InterfaceSyntaxError(name, 0, "This is no type name, such as std_msgs/msg/String")
+        raise InterfaceSyntaxError(name, 0, "Expected a type name, such as std_msgs/msg/String")
     return package, kind, word
 
 
@@ -183,13 +184,13 @@ def _parsed(name: str, text: str, kind: str, headers: set[str]) -> dict[str, dic
         name: The part's name.
         text: Its text.
         kind: The kind of the whole definition.
-        headers: The packages with a message `Header` of their own.
+        headers: The packages that have a message `Header` of their own.
     """
     package, own_kind, word = _name_parts(name)
     has_header = package in headers
     separators = sum(line.strip() == "---" for line in text.splitlines())
     if separators and own_kind != "msg":
-        # As rosbag2 writes them: the text of the service or action that the message is derived from.
+        # rosbag2 writes the text of the whole service or action from which the message is derived.
         whole = ("", "srv", "action")[min(separators, 2)]
         return _fields(parse(text, package, whole, word.partition("_")[0], name, has_header=has_header))
     if DERIVED_NAME.fullmatch(word) and kind != "msg":

@@ -65,7 +65,7 @@ async def test_it_ends_when_no_message_arrives(desk: Desk, tmp_path: Path) -> No
     ("arguments", "code", "text"),
     [
         ((), 2, "Nothing is selected"),
-        (("-e", "("), 2, "no regular expression"),
+        (("-e", "("), 2, "not a valid regular expression"),
         (("-a", "--custom-data", "x"), 2, "expected KEY=VALUE, got 'x'"),
         (("-a", "--compression-format", "zstd"), 2, "--compression-mode"),
         (("-a", "--snapshot-mode", "--max-cache-size", "0"), 2, "max_cache_size is 0"),
@@ -92,12 +92,21 @@ async def test_wrong_overrides_name_the_file(desk: Desk, tmp_path: Path) -> None
     assert f"{file}: /imu: there is no policy 'depht'; did you mean" in ended.err
 
 
-async def test_without_a_broker(tmp_path: Path, desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The exit code is that of all verbs, and no folder is left."""
+async def test_without_a_broker(
+    tmp_path: Path,
+    desk: Desk,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """One line says so, with the exit code of all verbs; no warning precedes it, and no folder is left."""
     del desk
-    set_limits(monkeypatch, connect_sec=0.0)
+    set_limits(monkeypatch, connect_sec=0.2)
     code = await asyncio.to_thread(
         main, ["bag", "record", "-a", "-o", str(tmp_path / "trip"), "--url", "callboard://127.0.0.1:1"]
     )
     assert code == 3
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err.count("\n"), caplog.text) == ("", 1, "")
+    assert printed.err.startswith("No broker at callboard://127.0.0.1:1")
     assert not (tmp_path / "trip").exists()

@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import pytest
 
-from actors.bags.recorder.errors import InvalidRecordingError
-from actors.bags.recorder.selection import Selection, TopicState
+from actors.bags.errors import InvalidBagOptionError
+from actors.bags.selection import Selection, TopicState
 
 STRING = "std_msgs/msg/String"
 IMU = "sensor_msgs/msg/Imu"
@@ -109,11 +109,11 @@ def test_topics_that_are_awaited() -> None:
     [
         ({}, "Nothing is selected"),
         ({"exclude_regex": "x"}, "Nothing is selected"),
-        ({"regex": "("}, "no regular expression"),
-        ({"all_topics": True, "exclude_regex": "["}, "no regular expression"),
+        ({"regex": "("}, "not a valid regular expression"),
+        ({"all_topics": True, "exclude_regex": "["}, "not a valid regular expression"),
     ],
 )
 def test_what_cannot_be_a_selection(options: dict[str, Any], text: str) -> None:
     """The error says what is wrong."""
-    with pytest.raises(InvalidRecordingError, match=text):
+    with pytest.raises(InvalidBagOptionError, match=text):
         Selection(**options)

@@ -1,8 +1,7 @@
-"""Which topics of a graph are recorded, by the rules of ROS 2's recorder. Pure.
+"""Selects the topics to record or play, by the rules of ROS 2's recorder. Pure.
 
-Services are recorded as the events of their calls, on `<service>/_service_event`; actions as their topics and
-the events of their three services. Names are compared with the names of services and actions, not with those
-of these topics.
+A service is selected by its own name, and stands for the events of its calls on `<service>/_service_event`.
+An action stands for its topics and the events of its three services.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from actors.bags.recorder.errors import InvalidRecordingError
+from actors.bags.errors import InvalidBagOptionError
 from proto.wire.names import is_hidden
 
 if TYPE_CHECKING:
@@ -28,9 +27,9 @@ class TopicState(NamedTuple):
 
     Attributes:
         name: Its full name.
-        types: The types that its publishers and subscriptions have declared.
-        publishers: How many publishers it has.
-        subscriptions: How many subscriptions it has, without the recorder's own.
+        types: The types that its publishers and subscriptions declare.
+        publishers: Number of its publishers.
+        subscriptions: Number of its subscriptions, without the recorder's own.
     """
 
     name: str
@@ -41,24 +40,24 @@ class TopicState(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Selection:
-    """What is recorded.
+    """The topics, services and actions to record or play.
 
     Args:
-        topics, services, actions: Full names.
-        topic_types: Types whose topics are recorded.
-        all_topics, all_services, all_actions: Record all that are not hidden; names and `regex` do not
-            matter then.
-        regex: Also record the topics, services and actions in whose names this is found; "" for none.
-        exclude_regex: Record none in whose names this is found; "" for none.
-        exclude_topics, exclude_services, exclude_actions: Full names of what is not recorded.
-        exclude_topic_types: Types whose topics are not recorded.
-        include_hidden_topics: Record topics with a token that begins with `_`, too.
-        include_unpublished_topics: Record topics without a publisher, too. Those in `topics` are subscribed
-            to in any case, so that the first message of their first publisher is recorded.
+        topics, services, actions: Full names to select.
+        topic_types: Types whose topics to select.
+        all_topics, all_services, all_actions: Select all that are not hidden, whatever the names and `regex`
+            say.
+        regex: Also select topics, services and actions whose names contain a match; "" for none.
+        exclude_regex: Exclude topics, services and actions whose names contain a match; "" for none.
+        exclude_topics, exclude_services, exclude_actions: Full names to exclude.
+        exclude_topic_types: Types whose topics to exclude.
+        include_hidden_topics: Also select topics with a token that begins with `_`.
+        include_unpublished_topics: Also record topics without a publisher. The recorder subscribes to those
+            in `topics` in any case, so that it receives the first message of their first publisher.
         ignore_leaf_topics: Do not record topics that nobody else subscribes to.
 
     Raises:
-        InvalidRecordingError: Nothing is selected, or a regular expression is none.
+        InvalidBagOptionError: Nothing is selected, or a regular expression is invalid.
     """
 
     topics: Collection[str] = ()
@@ -83,7 +82,7 @@ class Selection:
     def __post_init__(self) -> None:
         named = self.topics or self.services or self.actions or self.topic_types or self.regex
         if not (named or self.all_topics or self.all_services or self.all_actions):
-            raise InvalidRecordingError(
+            raise InvalidBagOptionError(
                 "Nothing is selected: name topics, services, actions or types, give a regular expression, or"
                 " select all"
             )
@@ -91,10 +90,10 @@ class Selection:
         object.__setattr__(self, "_unwanted", _compiled(self.exclude_regex))
 
     def selects(self, topic: TopicState) -> bool:
-        """Return whether a topic is recorded.
+        """Return whether to record a topic.
 
         Args:
-            topic: It, as the graph has it now. A topic of several types is not recorded.
+            topic: The topic in the present graph. One with several types is not selected.
         """
         if len(topic.types) != 1 or not self.selects_name(topic.name, *topic.types):
             return False
@@ -103,11 +102,11 @@ class Selection:
         return bool(topic.subscriptions) or not self.ignore_leaf_topics
 
     def selects_name(self, name: str, type_name: str) -> bool:
-        """Return whether a topic is recorded while it has a publisher, and a subscription.
+        """Return whether to record a topic, provided that it has a publisher and a subscription.
 
         Args:
-            name: The full name.
-            type_name: The type.
+            name: The topic's full name.
+            type_name: The topic's type.
         """
         if action := _ACTION.fullmatch(name):
             return self._selects_other(
@@ -129,7 +128,7 @@ class Selection:
     def _selects_other(
         self, name: str, *, select_all: bool, names: Collection[str], excluded: Collection[str]
     ) -> bool:
-        """Return whether a service or an action is recorded."""
+        """Return whether to record a service or an action."""
         if not (select_all or name in names or self._finds(name)):
             return False
         return name not in excluded and not self._excludes(name)
@@ -142,7 +141,7 @@ class Selection:
 
     @property
     def awaited_topics(self) -> frozenset[str]:
-        """The topics that are recorded whenever they appear, whatever their type."""
+        """The topics to record as soon as they appear, whatever their type is."""
         if self.exclude_topic_types:
             return frozenset()
         return frozenset(each for each in self.topics if self.selects_name(each, ""))
@@ -152,4 +151,4 @@ def _compiled(text: str) -> re.Pattern[str] | None:
     try:
         return re.compile(text) if text else None
     except re.error as error:
-        raise InvalidRecordingError(f"{text!r} is no regular expression: {error}") from None
+        raise InvalidBagOptionError(f"{text!r} is not a valid regular expression: {error}") from None

@@ -1,4 +1,4 @@
-"""Repairs: writes the metadata.yaml of a bag, and what is whole of a damaged bag into a new one."""
+"""Repairs bags: writes metadata.yaml again, and copies the readable part of a damaged bag into a new one."""
 
 from __future__ import annotations
 
@@ -7,65 +7,49 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from actors.bags.convert import copy_messages
+from actors.bags.contents.metadata import DROPPED_KEY
 from actors.bags.errors import BagError, BagNotFoundError
-from actors.bags.metadata import VERSION
+from actors.bags.operations.convert import copy_messages
 from actors.bags.reader import Reader
-from actors.bags.records import BagMetadata
-from actors.bags.writer import DROPPED_KEY, Writer, write_metadata
+from actors.bags.writer import Writer, write_metadata
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from actors.bags.contents.records import BagMessage
     from actors.bags.reader import BagSummary
-    from actors.bags.records import BagMessage
 
 
 def reindex(path: str | Path) -> BagSummary:
-    """Write the metadata.yaml of a bag from what its files have.
+    """Write the metadata.yaml of a bag from its files.
 
     Args:
         path: The folder of the bag.
 
     Returns:
-        What it has; its problems name files of which not all can be read. `recover` helps there.
+        A summary of the bag. Its problems name files of which a part cannot be read; `recover` repairs them.
 
     Raises:
         BagError: A file cannot be read.
-        BagNotFoundError: There is no such folder, or it has no files of a bag.
+        BagNotFoundError: The folder does not exist, or has no files of a bag.
         BagWriteError: metadata.yaml cannot be written.
     """
     folder = Path(path)
     if not folder.is_dir():
-        raise BagNotFoundError(f"{folder} is no folder; callboard bag reindex takes the folder of a bag")
+        raise BagNotFoundError(f"{folder} is not a folder; expected the folder of a bag")
     with Reader(folder, believe_metadata=False) as reader:
         summary = reader.summary(quick=False)
-    write_metadata(
-        folder,
-        BagMetadata(
-            version=VERSION,
-            storage_identifier=summary.storage_identifier,
-            files=summary.files,
-            topics=summary.topics,
-            start_ns=summary.start_ns,
-            duration_ns=summary.duration_ns,
-            message_count=summary.message_count,
-            compression_format=summary.compression_format,
-            compression_mode=summary.compression_mode,
-            custom_data=summary.custom_data,
-            ros_distro=summary.ros_distro,
-        ),
-    )
+    write_metadata(folder, summary)
     return summary
 
 
 @dataclass
 class RecoverReport:
-    """What was recovered.
+    """The result of a recovery.
 
     Attributes:
-        kept: The messages in the new bag, by topic.
-        damages: What could not be read, each in one sentence with its file.
+        kept: Number of messages in the new bag, by topic.
+        damages: The parts that could not be read, each in one sentence that names the file.
     """
 
     kept: Counter[str] = field(default_factory=Counter[str])
@@ -73,24 +57,24 @@ class RecoverReport:
 
 
 def recover(path: str | Path, output: str | Path, *, compression: str = "none") -> RecoverReport:
-    """Write what is whole of a bag into a new one.
+    """Copy the readable part of a bag into a new one.
 
     Args:
         path: The bag, or a file of one.
         output: The folder of the new bag.
-        compression: Of its chunks: "none", "zstd" or "lz4".
+        compression: Compression of its chunks: "none", "zstd" or "lz4".
 
     Returns:
-        What was kept, and what is damaged.
+        The number of copied messages, and the damages.
 
     Raises:
-        BagError: Nothing of it can be read.
-        BagExistsError: There is something at `output`.
+        BagError: No part of it can be read.
+        BagExistsError: `output` exists.
         BagWriteError: The new bag cannot be written.
     """
     report = RecoverReport()
     with Reader(path, salvage=True, believe_metadata=False) as reader:
-        topics = reader.topics  # reads all files, so that one that is no bag makes no new one
+        topics = reader.topics  # reads all files, so that no new bag is created if one cannot be read
         summary = reader.summary(quick=False)
         custom_data = {name: text for name, text in summary.custom_data.items() if name != DROPPED_KEY}
         with Writer(output, compression=compression, custom_data=custom_data) as writer:
@@ -109,7 +93,7 @@ def _counted(messages: Iterator[BagMessage], report: RecoverReport) -> Iterator[
             message = next(messages)
         except StopIteration:
             return
-        except BagError as error:  # a database, of which the rest cannot be read
+        except BagError as error:  # a SQLite file: after damage, nothing more of it can be read
             report.damages.append(str(error))
             return
         report.kept[message.topic.name] += 1

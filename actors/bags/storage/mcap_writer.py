@@ -1,4 +1,4 @@
-"""Writes one MCAP file: chunks with their message indexes, then a summary that indexes the chunks.
+"""Writes one MCAP file: chunks with message indexes, then a summary with an index of the chunks.
 
     magic, Header
     Chunk [Schema, Channel, Message, Message, …], MessageIndex of each channel in it
@@ -7,12 +7,12 @@
     Schemas, Channels, Statistics, ChunkIndexes, MetadataIndexes, SummaryOffsets
     Footer, magic
 
-The records are the library's (`mcap`), except for those that a file has by the million: messages, chunks and
-message indexes. Its `Writer` takes four times the CPU time for a message of 256 bytes (6.3 µs next to 1.5 µs;
-`benchmarks/bags.py` has its speed next to a recorder's), and lacks what a recorder needs: there is no public
-way to close a chunk, so that what is older than half a second survives a kill, and what fails on a full disk
-leaves a file without a summary. A chunk that has been written is readable whatever happens afterwards:
-schemas and channels come in the chunk of their first message.
+The library `mcap` builds the records, except for those that a file has by the million: messages, chunks and
+message indexes. The library's `Writer` needs four times the CPU time for a message of 256 bytes (6.3 µs
+instead of 1.5 µs; `benchmarks/bags.py` compares it with the recorder), and it lacks two things that a
+recorder needs: a public way to close a chunk, so that messages older than half a second survive a kill, and a
+summary also after a failed write on a full disk. A written chunk can be read whatever happens afterwards,
+since schemas and channels are written in the chunk of their first message.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ from mcap.records import (
 )
 from mcap.well_known import Profile
 
-from actors.bags.compression import compressor
+from actors.bags.contents.qos_lists import qos_text
 from actors.bags.errors import BagError, BagExistsError, write_error
-from actors.bags.qos_lists import qos_text
+from actors.bags.storage.compression import compressor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,20 +49,20 @@ if TYPE_CHECKING:
 
     from mcap.records import McapRecord
 
-    from actors.bags.records import BagTopic
+    from actors.bags.contents.records import BagTopic
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 CHUNK_SIZE: Final = 768 * 1024
-"""Bytes after which a chunk is written, before compression; rosbag2's default."""
+"""Size at which a chunk is closed and written, before compression; rosbag2's default."""
 MAX_CHANNELS: Final = (1 << 16) - 1
-"""Topics in a file, whose ids have 16 bits; id 0 is none."""
+"""Limit for the topics in a file: ids have 16 bits, and 0 is not used."""
 MAX_MESSAGE_BYTES: Final = (1 << 32) - 64
-"""Bytes of a message; the format allows more, and readers do not."""
+"""Limit for a message; the format allows more, but readers do not."""
 _LIBRARY: Final = "callboard"
 _SPARE_CHUNKS: Final = 16
-"""The last chunks that may be given up, so that the summary fits on a full disk."""
+"""How many of the last chunks may be removed, so that the summary fits on a full disk."""
 _LARGE_BYTES: Final = 64 * 1024
-"""A chunk whose messages are larger on average is not copied together before it is written."""
+"""A chunk whose messages are larger on average is written in pieces: joining them first would only copy."""
 
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _MESSAGE_BYTES: Final = _MESSAGE.size - 9
@@ -74,7 +74,7 @@ _FOOTER_START: Final = struct.Struct("<BQQQ")
 
 
 class _WrittenChunk(NamedTuple):
-    """What has to be known of a chunk to remove it again."""
+    """What is needed to remove a written chunk."""
 
     start: int
     counts: dict[int, int]
@@ -83,20 +83,20 @@ class _WrittenChunk(NamedTuple):
 class McapFileWriter:
     """Writes a new MCAP file with the profile `ros2`.
 
-    Any failure to write raises BagWriteError, and leaves the file with its whole chunks; `close` then adds
-    the summary, if there is space for it.
+    A failed write raises BagWriteError and leaves only whole chunks in the file; `close` then adds the
+    summary, if there is space for it.
 
     Args:
         path: The file, which must not exist.
-        compression: Of chunks: "none", "zstd" or "lz4".
-        chunk_size: Bytes after which a chunk is written.
-        fsync: Whether each chunk is on the disk, not only with the operating system, before its writing ends.
+        compression: Compression of chunks: "none", "zstd" or "lz4".
+        chunk_size: Size in bytes at which a chunk is written.
+        fsync: Whether to sync each chunk to the disk before its write returns.
 
     Attributes:
-        counts: Messages by topic number, without those of the unfinished chunk.
-        lost: Messages by topic number that could not be written.
-        start_ns: The least log time of these.
-        end_ns: The greatest.
+        counts: Number of written messages, by topic number; those of the open chunk do not count yet.
+        lost: Number of messages that could not be written, by topic number.
+        start_ns: Least log time of the written messages.
+        end_ns: Greatest log time of the written messages.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class McapFileWriter:
         self._written: deque[_WrittenChunk] = deque(maxlen=_SPARE_CHUNKS)
         self._reset_chunk()
         try:
-            # Without a buffer: a chunk is one, and what could not be written must not be tried again later.
+            # Unbuffered: a chunk is a buffer already, and closing must not try to write failed data again.
             self._file = path.open("xb", buffering=0)
         except FileExistsError:
             raise BagExistsError(f"{path} exists") from None
@@ -133,14 +133,14 @@ class McapFileWriter:
 
     @property
     def size(self) -> int:
-        """Bytes of the file, with those of the unfinished chunk."""
+        """Size of the file in bytes, including the open chunk before compression."""
         return self._position + self._chunk_bytes
 
     def add_topic(self, topic: BagTopic) -> int:
-        """Add a topic, and return its number in this file, from 1.
+        """Add a topic; return its number in this file, from 1.
 
         Args:
-            topic: The topic; one that is added again is another channel.
+            topic: The topic. Adding a topic again adds another channel.
 
         Raises:
             BagError: The file has `MAX_CHANNELS` topics.
@@ -163,7 +163,7 @@ class McapFileWriter:
             message_encoding=topic.encoding,
             schema_id=schema.id,
             metadata={
-                # The same as in metadata.yaml: rosbags finds no message otherwise.
+                # rosbags finds no messages if this differs from metadata.yaml.
                 "offered_qos_profiles": qos_text(topic.qos_profiles),
                 "topic_type_hash": topic.type_hash,
             },
@@ -184,12 +184,12 @@ class McapFileWriter:
         Args:
             number: The topic's number.
             data: The message.
-            log_time_ns: When it was received.
-            publish_time_ns: When it was published.
-            sequence: Its number; of larger ones, the lowest 32 bits are written.
+            log_time_ns: Time of reception.
+            publish_time_ns: Time of publication.
+            sequence: The message's number; only its lowest 32 bits are written, as the format has no more.
 
         Raises:
-            BagWriteError: The chunk is full, and cannot be written.
+            BagWriteError: The chunk is full and could not be written.
         """
         index = self._index.get(number)
         if index is None:
@@ -218,10 +218,10 @@ class McapFileWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Finish the chunk and hand it to the operating system; without messages do nothing.
+        """Close the chunk and hand it to the operating system; do nothing if it has no messages.
 
         Raises:
-            BagWriteError: It cannot be written. Its messages are lost, and counted in `lost`.
+            BagWriteError: It could not be written. Its messages are counted in `lost`.
         """
         if not self._index:
             return
@@ -245,7 +245,7 @@ class McapFileWriter:
         except BaseException:
             for number, count in counts.items():
                 self.lost[number] += count
-            # They were in the chunk that is lost.
+            # Some of them may have been only in the lost chunk: write all of them again in the next one.
             for record in (*self._schemas.values(), *self._channels):
                 self._append(_bytes_of(record))
             raise
@@ -272,7 +272,7 @@ class McapFileWriter:
             self.counts[number] += count
 
     def _stored(self, pieces: list[bytes], size: int) -> tuple[list[bytes], int]:
-        """Return what the file has of a chunk, and the checksum of the chunk."""
+        """Return the content of a chunk as it is stored, and the checksum of its uncompressed content."""
         if self._compress is not None or size < _LARGE_BYTES * len(pieces):
             pieces = [b"".join(pieces)]
         crc = 0
@@ -281,14 +281,14 @@ class McapFileWriter:
         return pieces if self._compress is None else [self._compress(pieces[0])], crc
 
     def add_metadata(self, name: str, items: Mapping[str, str]) -> None:
-        """Write a Metadata record, after the chunk so far.
+        """Close the chunk and write a Metadata record.
 
         Args:
             name: The record's name.
-            items: Its texts.
+            items: Its strings, by name.
 
         Raises:
-            BagWriteError: It cannot be written.
+            BagWriteError: The chunk or the record could not be written.
         """
         self.flush()
         start = self._position
@@ -297,11 +297,11 @@ class McapFileWriter:
         self._metadata_indexes.append(_bytes_of(MetadataIndex(offset=start, length=len(record), name=name)))
 
     def close(self) -> None:
-        """Finish the file: write what is left, and the summary.
+        """Write the open chunk and the summary, and close the file.
 
         Raises:
-            BagWriteError: Not everything could be written. The file has a summary nevertheless, unless the
-                disk has no space even for that; it can be read in any case.
+            BagWriteError: A part could not be written. The file can be read nevertheless. It has a summary
+                unless there was no space even for that.
         """
         if self._file.closed:
             return
@@ -325,11 +325,11 @@ class McapFileWriter:
             raise failure
 
     def abort(self) -> None:
-        """Close the file as it is, without a summary."""
+        """Close the file without writing the open chunk or a summary."""
         self._file.close()
 
     def _give_up_chunk(self) -> bool:
-        """Remove the last chunk, to make space for the summary; return whether there was one."""
+        """Remove the last chunk to make space for the summary; return False if no chunk may be removed."""
         if not self._written:
             return False
         start, counts = self._written.pop()
@@ -337,13 +337,13 @@ class McapFileWriter:
         for number, count in counts.items():
             self.counts[number] -= count
             self.lost[number] += count
-        self._metadata_indexes.clear()  # they are behind the last chunk
+        self._metadata_indexes.clear()  # metadata come after the last chunk, so they go with it
         self._position = start
         self._cut()
         return True
 
     def _summary(self) -> list[bytes]:
-        """Return all from DataEnd to the magic."""
+        """Return the records from DataEnd to the end of the file."""
         counts = {number: count for number, count in self.counts.items() if count}
         statistics = Statistics(
             attachment_count=0,
@@ -379,7 +379,7 @@ class McapFileWriter:
         return [end, b"".join((*records, *offsets)), footer, MAGIC]
 
     def _write(self, *pieces: bytes) -> None:
-        """Write pieces behind what is whole; if that fails, remove what was written of them."""
+        """Append pieces to the file; if that fails, remove the part that was written."""
         try:
             for piece in pieces:
                 rest = memoryview(piece)
@@ -396,16 +396,16 @@ class McapFileWriter:
         try:
             self._file.truncate(self._position)
             self._file.seek(self._position)
-        except OSError:  # the folder was unmounted; nothing of the file is reachable
+        except OSError:  # such as after an unmount: the file cannot be reached at all
             pass
 
 
 def _message_indexes(index: dict[int, list[int]], position: int) -> tuple[list[bytes], dict[int, int]]:
-    """Return the message indexes of a chunk, and where each channel's will be.
+    """Return the message indexes of a chunk, and the file offset of each channel's index.
 
     Args:
-        index: Times of messages and their places in the chunk, in turn, by channel.
-        position: Where the first will be.
+        index: By channel, the times of messages and their offsets in the chunk, in turn.
+        position: File offset of the first index.
     """
     records: list[bytes] = []
     offsets: dict[int, int] = {}

@@ -1,7 +1,7 @@
 """Reads one MCAP file.
 
-Its messages come by log time, although chunks may overlap: those that are due are merged, and no others are
-held.
+Messages are yielded by log time. The times of chunks may overlap: chunks that overlap are merged, and only
+these are held in memory.
 """
 
 from __future__ import annotations
@@ -14,39 +14,39 @@ from typing import TYPE_CHECKING, Final
 
 from mcap.opcode import Opcode
 
-from actors.bags.files import MAX_MESSAGE_BYTES, FileContents, Order
-from actors.bags.mcap_frames import HEAD, MAGIC, MESSAGE, McapFrames
-from actors.bags.mcap_summary import SummaryReader
-from actors.bags.records import BagMessage, TopicCount
+from actors.bags.contents.records import BagMessage, TopicCount
+from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, FileContents, Order
+from actors.bags.storage.mcap_frames import HEAD, MAGIC, MESSAGE, McapFrames
+from actors.bags.storage.mcap_summary import SummaryReader
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
 
-    from actors.bags.files import Filter
-    from actors.bags.mcap_summary import ChunkPlace, Entries, Summary
-    from actors.bags.records import BagTopic
+    from actors.bags.contents.records import BagTopic
+    from actors.bags.storage.bag_file import Filter
+    from actors.bags.storage.mcap_summary import ChunkPlace, Entries, Summary
 
 CACHED_BYTES: Final = 256 * 1024 * 1024
-"""Chunks that are kept while their messages are merged: in files in which time goes back."""
+"""Limit for decompressed chunks kept for merging. Beyond it, chunks are decompressed again when needed."""
 
 MAX_OPEN_MESSAGES: Final = 50_000_000
-"""Messages of chunks that overlap, whose times and places are held at once, 20 bytes of each. Compressed, a
-few kilobytes can have millions of them."""
+"""Limit for the messages of overlapping chunks: 20 bytes are held for each. A compressed chunk of a few
+kilobytes can have millions of them."""
 
 
 class McapFile:
-    """An MCAP file that is open for reading: a `BagFile`.
+    """An open MCAP file: a `BagFile`.
 
     Args:
         path: The file.
-        max_chunk_bytes: The most bytes of a chunk after decompression, and of a message.
+        max_chunk_bytes: Limit for a chunk after decompression, and for a message.
 
     Attributes:
         path: The file.
 
     Raises:
-        InvalidBagError: It is no MCAP file.
+        InvalidBagError: It is not an MCAP file.
     """
 
     def __init__(self, path: Path, *, max_chunk_bytes: int = MAX_MESSAGE_BYTES) -> None:
@@ -60,17 +60,17 @@ class McapFile:
         self._frames.close()
 
     def summary(self) -> Summary:
-        """Return what the file has, with the places of its chunks.
+        """Return the summary of the file, with the offsets of its chunks.
 
         Raises:
-            InvalidBagError: Nothing of it can be read.
+            InvalidBagError: No part of it can be read.
         """
         if self._summary is None:
             self._summary = self._reader.read()
         return self._summary
 
     def salvage(self) -> list[str]:
-        """Read all chunks, and from now on give the messages of those that are whole.
+        """Read all chunks; from now on, `messages` yields those of whole chunks.
 
         Returns:
             What is damaged, each in one sentence.
@@ -80,7 +80,7 @@ class McapFile:
         return problems
 
     def contents(self) -> FileContents:
-        """Return what the file has; see `BagFile.contents`."""
+        """Return a summary of the file; see `BagFile.contents`."""
         summary = self.summary()
         topics = tuple(
             TopicCount(topic, summary.counts.get(number, 0)) for number, topic in summary.topics.items()
@@ -119,8 +119,8 @@ class McapFile:
     def _merged(
         self, summary: Summary, places: list[ChunkPlace], chosen: Filter, numbers: set[int]
     ) -> Iterator[BagMessage]:
-        """Yield the messages of chunks by log time; those of the same time as they are in the file."""
-        # An index that names a chunk twice would be a tie without end.
+        """Yield the messages of chunks by log time; equal times in the order of the file."""
+        # A damaged index may list a chunk twice; the two would then be merged with each other for ever.
         waiting = iter(sorted({each.offset: each for each in places}.values()))
         following = next(waiting, None)
         cache = _ChunkCache(self._frames.chunk_data)
@@ -147,7 +147,7 @@ class McapFile:
             _, offset, index = heapq.heappop(heap)
             times, starts, _ = open_chunks[offset]
             stop = len(times)
-            # As many as come before all others, which in most files are all of the chunk.
+            # Yield all messages that precede those of other chunks: in most files, the whole chunk.
             if heap:
                 other_ns, other, _ = heap[0]
                 stop = (bisect_left if other < offset else bisect_right)(times, other_ns, index)
@@ -164,7 +164,7 @@ class McapFile:
     def _unchunked(
         self, summary: Summary, chosen: Filter, numbers: set[int], order: Order
     ) -> Iterator[BagMessage]:
-        """Yield the messages of a file without chunks, such as of rosbag2's preset `fastwrite`."""
+        """Yield the messages of a file without chunks, as rosbag2's preset `fastwrite` writes them."""
         times, offsets = array("Q"), array("Q")
         for record in self._frames.records(len(MAGIC), summary.end):
             if record.opcode == Opcode.MESSAGE:
@@ -178,14 +178,14 @@ class McapFile:
             if record.length > self._frames.max_chunk_bytes:
                 limit = self._frames.max_chunk_bytes
                 self._frames.fail(
-                    record.start, f"a message has {record.length:,} bytes; at most {limit:,} are read"
+                    record.start, f"a message has {record.length:,} bytes; the limit is {limit:,}"
                 )
             data = self._frames.bytes_at(offsets[index], HEAD.size + record.length)
             yield from _messages(summary.topics, data, (0,))
 
 
 class _ChunkCache:
-    """The decompressed chunks from which messages are merged; beyond a limit, they are read again."""
+    """Keeps decompressed chunks up to a limit, and reads a chunk again that it has dropped."""
 
     def __init__(self, read: Callable[[int], bytes]) -> None:
         self._read = read

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from ruamel.yaml import YAML
 
+from actors.bags.contents.metadata import metadata_text, parse_metadata
+from actors.bags.contents.qos_lists import qos_list, qos_profiles, qos_text
+from actors.bags.contents.records import BagMetadata, BagTopic, FileSummary, TopicCount
 from actors.bags.errors import InvalidBagError
-from actors.bags.metadata import metadata_text, parse_metadata
-from actors.bags.qos_lists import qos_list, qos_profiles, qos_text
-from actors.bags.records import BagMetadata, BagTopic, FileSummary, TopicCount
 from actors.interfaces.yaml_reader import YamlError
 from actors.interfaces.yaml_writer import block_text
 from actors.qos.profile import (
@@ -131,16 +131,16 @@ def test_files_outside_the_folder_are_never_named() -> None:
     ("name", "value", "reason"),
     [
         ("version", "10", "version 10 is unknown; callboard reads 1 to 9"),
-        ("version", "x", "version: a number"),
-        ("message_count", "-1", "message_count: a number"),
-        ("message_count", "9" * 5000, "message_count: a number"),
-        ("message_count", "1" + "0" * 5000, "message_count: a number"),
-        ("duration", "5", "duration: a mapping"),
-        ("relative_file_paths", "a.mcap", "relative_file_paths: a list"),
-        ("relative_file_paths", [".."], "no file of the bag's folder"),
-        ("topics_with_message_count", ["x"], "a mapping is missing"),
-        ("compression_mode", "some", "neither file nor message"),
-        ("custom_data", ["x"], "custom_data: a mapping"),
+        ("version", "x", "version: expected a number"),
+        ("message_count", "-1", "message_count: expected a number"),
+        ("message_count", "9" * 5000, "message_count: expected a number"),
+        ("message_count", "1" + "0" * 5000, "message_count: expected a number"),
+        ("duration", "5", "duration: expected a mapping"),
+        ("relative_file_paths", "a.mcap", "relative_file_paths: expected a list"),
+        ("relative_file_paths", [".."], "not a file in the bag's folder"),
+        ("topics_with_message_count", ["x"], "expected a mapping"),
+        ("compression_mode", "some", "neither 'file' nor 'message'"),
+        ("custom_data", ["x"], "custom_data: expected a mapping"),
     ],
 )
 def test_wrong_values_are_refused(name: str, value: Any, reason: str) -> None:

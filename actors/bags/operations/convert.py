@@ -1,4 +1,4 @@
-"""Writes bags anew: several as one, some topics or times of them, other settings, from SQLite as MCAP."""
+"""Writes a new bag from others: joins, selects, compresses, and turns SQLite files into MCAP files."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from actors.bags.definitions import canonical_definition, definition_text, has_stated_hash
-from actors.bags.records import CDR
+from actors.bags.contents.definitions import canonical_definition, definition_text, has_stated_hash
+from actors.bags.contents.records import CDR
 from proto.errors import CallboardError
 from proto.wire.type_hash import hash_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
+    from actors.bags.contents.records import BagMessage, BagTopic
     from actors.bags.reader import Reader
-    from actors.bags.records import BagMessage, BagTopic
     from actors.bags.writer import Writer
 
 
@@ -27,19 +27,19 @@ def convert(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Counter[str]:
-    """Write the messages of bags into a new bag, by log time.
+    """Write the messages of bags into a new bag, ordered by log time.
 
-    Definitions and type hashes that a bag does not have are added, as far as the types are installed here.
+    Missing definitions and type hashes are added if the types are installed.
 
     Args:
         readers: The bags.
         writer: The new bag.
-        topics: Names of topics; None: all.
-        start_ns: The least log time; None: all.
-        end_ns: The greatest log time; None: all.
+        topics: Names of topics; None for all.
+        start_ns: Least log time; None for no limit.
+        end_ns: Greatest log time; None for no limit.
 
     Returns:
-        The number of messages, by topic.
+        The number of written messages, by topic.
 
     Raises:
         BagError: A bag cannot be read.
@@ -58,14 +58,14 @@ def copy_messages(messages: Iterable[BagMessage], writer: Writer, *, complete: b
     """Write messages; return their number by topic.
 
     Args:
-        messages: The messages, by log time.
+        messages: The messages, ordered by log time.
         writer: The bag.
-        complete: Whether to add definitions that topics do not have.
+        complete: Whether to add missing definitions and type hashes.
     """
     counts: Counter[str] = Counter()
     numbers: dict[int, tuple[BagTopic, int]] = {}
     for topic, data, log_time_ns, publish_time_ns, sequence in messages:
-        # By identity: a topic with its definition is slow to compare, and a reader has one object for each.
+        # By identity: comparing definitions is slow, and a reader yields one object for each topic.
         found = numbers.get(id(topic))
         if found is None:
             number = writer.add_topic(completed(topic) if complete else topic)
@@ -76,10 +76,10 @@ def copy_messages(messages: Iterable[BagMessage], writer: Writer, *, complete: b
 
 
 def completed(topic: BagTopic) -> BagTopic:
-    """Return a topic with the definition and the type hash that it lacks, if its type is installed here.
+    """Return a topic with its missing definition and type hash, if its type is installed.
 
     Args:
-        topic: Such as of a SQLite file of ROS 2 Humble, which has neither.
+        topic: The topic. SQLite files of ROS 2 Humble, for example, have neither.
     """
     if topic.encoding != CDR:
         return topic
@@ -90,6 +90,6 @@ def completed(topic: BagTopic) -> BagTopic:
         if not topic.type_hash and has_stated_hash(topic.type_name):
             found = canonical_definition(topic.type_name, topic.definition, topic.definition_format)
             return replace(topic, type_hash=hash_of(found))
-    except CallboardError:  # it stays as it is: what it lacks is nowhere
+    except CallboardError:  # the type is not installed, or its definition is invalid
         pass
     return topic

@@ -1,8 +1,8 @@
-"""metadata.yaml, the file beside the files of a bag: versions 1 to 9 are read, and 9 is written.
+"""metadata.yaml in the folder of a bag: versions 1 to 9 are read, and 9 is written.
 
 rosbag2_bagfile_information:
-  version: 9                   1 the first, 2 other sizes in C++, 3 compression, 4 offered QoS,
-  storage_identifier: mcap     5 files, 6 custom_data, 7 type hashes, 8 ros_distro, 9 QoS in words
+  version: 9                   added: 3 compression, 4 offered QoS, 5 files, 6 custom_data,
+  storage_identifier: mcap     7 type hashes, 8 ros_distro, 9 QoS in words
   duration:
     nanoseconds: 1500000000
   starting_time:
@@ -18,10 +18,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any, Final, cast
 
-from actors.bags.definitions import full_type_name
+from actors.bags.contents.definitions import full_type_name
+from actors.bags.contents.qos_lists import qos_list, qos_profiles
+from actors.bags.contents.records import BagMetadata, BagTopic, FileSummary, TopicCount
 from actors.bags.errors import InvalidBagError
-from actors.bags.qos_lists import qos_list, qos_profiles
-from actors.bags.records import BagMetadata, BagTopic, FileSummary, TopicCount
 from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
 from actors.interfaces.yaml_writer import block_text
 
@@ -29,12 +29,16 @@ FILE_NAME: Final = "metadata.yaml"
 VERSION: Final = 9
 ROOT: Final = "rosbag2_bagfile_information"
 ROS_DISTRO: Final = "callboard"
-"""What callboard writes where ROS 2 has the name of its distribution."""
+"""callboard writes this where ROS 2 has the name of its distribution."""
+DROPPED_KEY: Final = "callboard.dropped"
+"""Name of the lost messages by topic: JSON in custom_data, numbers in a Metadata record of each MCAP file."""
+LOSSES_KEY: Final = "callboard.losses"
+"""Name of the details about lost messages in custom_data: JSON, by topic."""
 
 MAX_BYTES: Final = 16 * 1024 * 1024
-"""Size of a metadata.yaml that is read: 50,000 files and topics."""
+"""Largest metadata.yaml that is read: enough for 50,000 files and topics."""
 MAX_ENTRIES: Final = 100_000
-"""Topics, files, and items of custom data, each."""
+"""Limit for the topics, for the files, and for the items of custom_data."""
 _MAX_DEPTH: Final = 12
 _DIGITS: Final = len(str(1 << 64))
 _FILES_SINCE: Final = 5
@@ -43,7 +47,7 @@ _EMPTY_START_NS: Final = (1 << 63) - 1
 
 
 def metadata_fields(metadata: BagMetadata) -> dict[str, Any]:
-    """Return what `metadata_text` writes, without its heading; a Metadata record of MCAP has it, too."""
+    """Return the fields of metadata.yaml below its root; a Metadata record of each MCAP file repeats them."""
     return {
         "version": VERSION,
         "storage_identifier": metadata.storage_identifier,
@@ -75,7 +79,7 @@ def metadata_text(metadata: BagMetadata) -> str:
     """Return the text of metadata.yaml, in version 9.
 
     Args:
-        metadata: What it says; the version is not used.
+        metadata: The values; their version is ignored.
     """
     return block_text({ROOT: metadata_fields(metadata)})
 
@@ -95,31 +99,31 @@ def _topic(topic: BagTopic) -> dict[str, Any]:
 
 
 def parse_metadata(content: str | bytes, path: str) -> BagMetadata:
-    """Return what a metadata.yaml says.
+    """Return the values of a metadata.yaml.
 
     Args:
         content: The file's content.
-        path: The file, for errors.
+        path: The file's path, for errors.
 
     Returns:
-        Its values. The paths of files are names in the bag's folder, whatever else the file says; topics have
-        no definitions, which are in the bag's files.
+        The values. Paths of files are reduced to names in the bag's folder. Topics have no definitions: these
+        are in the bag's files.
 
     Raises:
-        InvalidBagError: It is no such file, or of a later version.
+        InvalidBagError: It is not a metadata.yaml, or has a later version.
     """
     return _Parser(path).parse(content)
 
 
 class _Parser:
-    """Reads one file; knows its path for errors."""
+    """Reads one file, and names it in errors."""
 
     def __init__(self, path: str) -> None:
         self._path = path
 
     def parse(self, content: str | bytes) -> BagMetadata:
         try:
-            # Unquoted scalars as they are written: what they are is known here, and no name is a number.
+            # Scalars as they are written: a topic or a key named like a number or a boolean stays a string.
             whole = load_yaml(content, rules=PlainText, max_bytes=MAX_BYTES, max_depth=_MAX_DEPTH)
         except YamlError as error:
             place = "" if error.line is None else f"line {error.line}"
@@ -153,7 +157,7 @@ class _Parser:
 
     def _mapping(self, value: object, name: str) -> Mapping[str, Any]:
         if not isinstance(value, Mapping):
-            raise self._fail(name, "a mapping is missing here")
+            raise self._fail(name, "expected a mapping")
         return cast("Mapping[str, Any]", value)
 
     def _list(self, fields: Mapping[str, Any], name: str) -> Sequence[object]:
@@ -161,7 +165,7 @@ class _Parser:
         if value is None or value == "":
             return ()
         if isinstance(value, str) or not isinstance(value, Sequence):
-            raise self._fail(name, "a list is missing here")
+            raise self._fail(name, "expected a list")
         items = cast("Sequence[object]", value)
         if len(items) > MAX_ENTRIES:
             raise self._fail(name, f"there are more than {MAX_ENTRIES} entries")
@@ -170,13 +174,13 @@ class _Parser:
     def _text(self, fields: Mapping[str, Any], name: str, default: str | None = None) -> str:
         value = fields.get(name, default)
         if not isinstance(value, str):
-            raise self._fail(name, "a text is missing here")
+            raise self._fail(name, "expected a string")
         return "" if isinstance(value, PlainText) and value in {"~", "null"} else str(value)
 
     def _number(self, fields: Mapping[str, Any], name: str) -> int:
         text = self._text(fields, name).strip()
         if not text.isascii() or not text.isdecimal() or len(text) > _DIGITS or int(text) >= 1 << 64:
-            raise self._fail(name, f"a number from 0 to 2^64-1 is missing here, not {text[:40]!r}")
+            raise self._fail(name, f"expected a number from 0 to 2^64-1, got {text[:40]!r}")
         return int(text)
 
     def _start(self, fields: Mapping[str, Any], message_count: int) -> int:
@@ -187,17 +191,17 @@ class _Parser:
     def _mode(self, fields: Mapping[str, Any]) -> str:
         mode = self._text(fields, "compression_mode", "").lower()
         if mode not in {"", "none", "file", "message", "storage"}:
-            raise self._fail("compression_mode", f"'{mode[:40]}' is neither file nor message")
-        # What a storage does itself is seen in its files.
+            raise self._fail("compression_mode", f"'{mode[:40]}' is neither 'file' nor 'message'")
+        # MCAP compresses its chunks itself, and the files say how.
         return "" if mode in {"none", "storage"} else mode
 
     def _name(self, path: str) -> str:
         """Return a file's name in the folder of the bag."""
-        # Bags before version 4 name the folder, too, and those of Windows have its separators. A file that is
-        # not in the folder is never read.
+        # Bags before version 4 put the folder's name before it, and bags from Windows use backslashes. Only
+        # the last part is used, so that metadata.yaml cannot make the reader open a file elsewhere.
         name = PureWindowsPath(path).name if "\\" in path else PurePosixPath(path).name
         if not name or name == "..":
-            raise self._fail("relative_file_paths", f"{path[:80]!r} is no file of the bag's folder")
+            raise self._fail("relative_file_paths", f"{path[:80]!r} is not a file in the bag's folder")
         return name
 
     def _files(self, fields: Mapping[str, Any], version: int) -> tuple[FileSummary, ...]:

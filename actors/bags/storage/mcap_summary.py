@@ -1,4 +1,4 @@
-"""What an MCAP file has: by the index at its end, or by a walk over it, up to the last whole record."""
+"""Summarizes an MCAP file, from the index at its end, or else by a scan up to the last whole record."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Channel, Footer, Metadata, MetadataIndex, Schema, Statistics
 
-from actors.bags.definitions import full_type_name
+from actors.bags.contents.definitions import full_type_name
+from actors.bags.contents.qos_lists import qos_profiles
+from actors.bags.contents.records import BagTopic
 from actors.bags.errors import InvalidBagError
-from actors.bags.mcap_frames import HEAD, MAGIC, MESSAGE, FileEndsError
-from actors.bags.qos_lists import qos_profiles
-from actors.bags.records import BagTopic
+from actors.bags.storage.mcap_frames import HEAD, MAGIC, MESSAGE, FileEndsError
 from actors.interfaces.yaml_reader import YamlError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from actors.bags.files import Filter
-    from actors.bags.mcap_frames import McapFrames, Record
+    from actors.bags.storage.bag_file import Filter
+    from actors.bags.storage.mcap_frames import McapFrames, Record
 
 MAX_DEFINITIONS_BYTES: Final = 256 * 1024 * 1024
-"""Schemas, channels and Metadata records that are kept of a file, together."""
+"""Limit for all schemas, channels and Metadata records of a file together."""
 MAX_INDEX_BYTES: Final = 512 * 1024 * 1024
-"""Chunk indexes that are kept: those of some 500,000 chunks."""
-ENDS_EARLY: Final = "its end is missing: its recorder was killed, or the file was cut"
+"""Limit for the chunk indexes of a file: those of about 500,000 chunks."""
+ENDS_EARLY: Final = "its end is missing: its recorder was killed, or the file was truncated"
 _INDEXED: Final = frozenset(
     {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX}
 )
-"""What is read of a summary."""
+"""Records of the summary section that are read."""
 _CHUNK_INDEX: Final = struct.Struct("<QQQQI")
 _INDEX_OFFSET: Final = struct.Struct("<HQ")
 _FOOTER_BYTES: Final = 20
@@ -42,13 +42,13 @@ _END_BYTES: Final = HEAD.size + _FOOTER_BYTES + len(MAGIC)
 
 
 class ChunkPlace(NamedTuple):
-    """Where a chunk is, and what it has."""
+    """Offset, times and channels of a chunk."""
 
     start_ns: int
     end_ns: int
     offset: int
     channels: bytes | None
-    """Of its channels, the ids and the places of their indexes; None if they are unknown."""
+    """The ids of its channels, with the offsets of their message indexes; None if unknown."""
 
     def has_any(self, numbers: set[int]) -> bool:
         """Return whether it may have messages of one of these channels."""
@@ -58,7 +58,7 @@ class ChunkPlace(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """The messages of a chunk: log times, where their records begin, and channels, all of the same length."""
+    """The messages of a chunk, as parallel arrays: log times, offsets of their records, and channels."""
 
     times: array[int]
     starts: array[int]
@@ -66,11 +66,11 @@ class Entries(NamedTuple):
 
     @classmethod
     def empty(cls) -> Entries:
-        """Return none."""
+        """Return no entries."""
         return cls(array("Q"), array("Q"), array("H"))
 
     def chosen(self, numbers: set[int], chosen: Filter) -> Entries:
-        """Return those of some channels, and between two times."""
+        """Return the entries of some channels that match a filter."""
         if chosen.start_ns is None and chosen.end_ns is None and numbers.issuperset(self.channels):
             return self
         return self._at(
@@ -80,7 +80,7 @@ class Entries(NamedTuple):
         )
 
     def by_time(self) -> Entries:
-        """Return them by log time."""
+        """Return the entries ordered by log time."""
         if all(starmap(le, pairwise(self.times))):
             return self
         return self._at(sorted(range(len(self.times)), key=self.times.__getitem__))
@@ -95,7 +95,7 @@ class Entries(NamedTuple):
 
 @dataclass
 class Summary:
-    """What is known of a file without reading its messages."""
+    """Topics, counts, chunks and metadata of a file."""
 
     topics: dict[int, BagTopic] = field(default_factory=dict[int, BagTopic])
     counts: defaultdict[int, int] = field(default_factory=lambda: defaultdict(int))
@@ -104,7 +104,7 @@ class Summary:
     end_ns: int = 0
     metadata: dict[str, Mapping[str, str]] = field(default_factory=dict[str, "Mapping[str, str]"])
     end: int = 0
-    """Where the last whole record ends."""
+    """Offset of the end of the last whole record."""
     problem: str = ""
     statistics: Statistics | None = None
     index_bytes: int = 0
@@ -119,11 +119,11 @@ class Summary:
 
 
 class _MissingSchemaError(InvalidBagError):
-    """A channel has a schema that has not been read."""
+    """A channel refers to a schema that has not been read."""
 
 
 class SummaryReader:
-    """Reads what a file has.
+    """Reads the summary of a file.
 
     Args:
         frames: The file.
@@ -135,7 +135,7 @@ class SummaryReader:
         self._kept_bytes = 0
 
     def read(self) -> Summary:
-        """Return what the file has: from its end, or from a walk over all of it.
+        """Return the summary of the file: from its index, or from a scan of the whole file.
 
         Raises:
             InvalidBagError: Its first record cannot be read.
@@ -144,7 +144,7 @@ class SummaryReader:
         try:
             summary = self._indexed()
         except _MissingSchemaError:
-            summary = None  # an index without schemas is none, and no damage
+            summary = None  # an index may leave out schemas, which is not damage: scan the file
         except InvalidBagError as error:
             summary, problem = None, f"its index is damaged: {error.reason}"
         if summary is None:
@@ -158,7 +158,7 @@ class SummaryReader:
         return self._frames.bytes_at(self._frames.size - len(MAGIC), len(MAGIC)) == MAGIC
 
     def _indexed(self) -> Summary | None:
-        """Return what the summary section says; None if there is none, or it does not index messages."""
+        """Return the summary from the index; None if the file has none, or an incomplete one."""
         place = self._frames.size - _END_BYTES
         if place < len(MAGIC) or not self._has_end():
             return None
@@ -169,7 +169,8 @@ class SummaryReader:
         if not footer.summary_start:
             return None
         if not len(MAGIC) <= footer.summary_start <= place:
-            self._frames.fail(place, f"the summary is said to be at byte {footer.summary_start:,}")
+            start = footer.summary_start
+            self._frames.fail(place, f"the summary would be at byte {start:,}, outside of the file")
         summary = Summary(end=footer.summary_start)
         for record in self._frames.records(footer.summary_start, place):
             self._index(record, summary)
@@ -179,14 +180,14 @@ class SummaryReader:
         summary.counts.update(statistics.channel_message_counts)
         unknown = summary.counts.keys() - summary.topics.keys()
         if unknown or sum(summary.counts.values()) != statistics.message_count:
-            # Without channels in the summary, or with counts of some: what the chunks have is the truth.
+            # Channels or counts may be left out of the summary: then only the chunks tell.
             return None
         summary.start_ns, summary.end_ns = statistics.message_start_time, statistics.message_end_time
         return summary
 
     def _index(self, record: Record, summary: Summary) -> None:
-        """Add what a record of the summary section says."""
-        if record.opcode not in _INDEXED:  # of any size
+        """Add a record of the summary section."""
+        if record.opcode not in _INDEXED:  # not needed, and perhaps huge: its content is not read
             return
         content = self._frames.content(record)
         match record.opcode:
@@ -199,7 +200,7 @@ class SummaryReader:
             case Opcode.CHUNK_INDEX:
                 summary.index_bytes += record.length
                 if summary.index_bytes > MAX_INDEX_BYTES:
-                    self._frames.fail(record.start, f"the index has more than {MAX_INDEX_BYTES:,} bytes")
+                    self._frames.fail(record.start, f"the index exceeds {MAX_INDEX_BYTES:,} bytes")
                 summary.chunks.append(self._chunk_place(content, record.start))
             case Opcode.METADATA_INDEX:
                 self._add_metadata(content, record.start, summary)
@@ -211,15 +212,15 @@ class SummaryReader:
             self._frames.fail(offset, "the index of a chunk is too short")
         start_ns, end_ns, place, _, length = _CHUNK_INDEX.unpack_from(data)
         if length > len(data) - _CHUNK_INDEX.size or length % _INDEX_OFFSET.size:
-            self._frames.fail(offset, "the index of a chunk is cut")
+            self._frames.fail(offset, "the index of a chunk is truncated")
         if not len(MAGIC) <= place < self._frames.size:
-            self._frames.fail(offset, f"a chunk is said to be at byte {place:,}")
+            self._frames.fail(offset, f"a chunk would be at byte {place:,}, outside of the file")
         return ChunkPlace(start_ns, end_ns, place, data[_CHUNK_INDEX.size : _CHUNK_INDEX.size + length])
 
     def _add_metadata(self, data: bytes, offset: int, summary: Summary) -> None:
         index = self._frames.parsed(MetadataIndex.read, data, offset)
         if not len(MAGIC) <= index.offset < self._frames.size - HEAD.size:
-            self._frames.fail(offset, f"metadata are said to be at byte {index.offset:,}")
+            self._frames.fail(offset, f"metadata would be at byte {index.offset:,}, outside of the file")
         record = self._frames.record_at(index.offset)
         if record.opcode == Opcode.METADATA:
             self._keep_metadata(record, summary)
@@ -230,10 +231,7 @@ class SummaryReader:
         summary.metadata[metadata.name] = metadata.metadata
 
     def salvage(self) -> tuple[Summary, list[str]]:
-        """Return all chunks that are whole, also behind damaged ones, and what is damaged.
-
-        Each chunk is read.
-        """
+        """Read all chunks; return a summary of the whole ones, and the damages, each in one sentence."""
         index: Summary | None = None
         problems: list[str] = []
         try:
@@ -243,7 +241,7 @@ class SummaryReader:
         summary = self._scanned(problems, {} if index is None else index.topics)
         if summary.problem:
             problems.append(summary.problem)
-        # What the walk did not reach, because the length of a record is wrong.
+        # The scan stops at a record with a wrong length; the index knows the chunks behind it.
         for place in () if index is None else index.chunks:
             if place.offset >= summary.end:
                 try:
@@ -255,18 +253,18 @@ class SummaryReader:
     def _scanned(
         self, problems: list[str] | None = None, topics: dict[int, BagTopic] | None = None
     ) -> Summary:
-        """Return what a walk over the file finds, up to the first record that is not whole.
+        """Return the summary of all records up to the first one that is not whole.
 
         Args:
-            problems: Where to tell of damaged records, behind which the walk goes on; None: it ends there.
-            topics: Those that are known already.
+            problems: Collects damaged records, after which the scan continues; None to stop at the first.
+            topics: Topics that are known already, by channel.
         """
         summary = Summary(end=len(MAGIC), topics=dict(topics or {}))
         try:
             for record in self._frames.records(len(MAGIC), self._frames.size):
                 if record.opcode == Opcode.DATA_END:
                     if not self._has_end():
-                        summary.problem = "its index is cut; all messages are there"
+                        summary.problem = "its index is truncated; all messages are there"
                     return summary
                 try:
                     self._scan(record, summary)
@@ -296,7 +294,7 @@ class SummaryReader:
                 channel, log_time_ns = self._frames.message_head(record)
                 if channel not in summary.topics:
                     self._frames.fail(
-                        record.start, f"a message is of the channel {channel}, which is missing"
+                        record.start, f"a message refers to channel {channel}, which is missing"
                     )
                 summary.note(log_time_ns, log_time_ns, {channel: 1})
             case Opcode.CHUNK:
@@ -314,7 +312,7 @@ class SummaryReader:
         self._kept_bytes += length
         if self._kept_bytes > MAX_DEFINITIONS_BYTES:
             self._frames.fail(
-                offset, f"schemas, topics and metadata have more than {MAX_DEFINITIONS_BYTES:,} bytes"
+                offset, f"schemas, channels and metadata exceed {MAX_DEFINITIONS_BYTES:,} bytes"
             )
 
     def _add_schema(self, data: bytes, offset: int) -> None:
@@ -333,16 +331,16 @@ class SummaryReader:
             raise _MissingSchemaError(
                 self._frames.path,
                 f"byte {offset:,}",
-                f"the topic {channel.topic[:80]!r} has the schema {channel.schema_id}, which is missing",
+                f"topic {channel.topic[:80]!r} refers to schema {channel.schema_id}, which is missing",
             )
         try:
             profiles = qos_profiles(channel.metadata.get("offered_qos_profiles"))
         except YamlError:
-            profiles = ()  # of no use, and no reason not to read the messages
+            profiles = ()  # the messages can be read without them
         summary.topics[channel.id] = BagTopic(
             name=channel.topic,
             type_name="" if schema is None else full_type_name(schema.name),
-            # Broken bytes make a definition that cannot be parsed, which is reported for its topic.
+            # Invalid UTF-8 makes a definition that cannot be parsed, which is reported with its topic.
             definition="" if schema is None else schema.data.decode(errors="replace"),
             definition_format="" if schema is None else schema.encoding,
             type_hash=channel.metadata.get("topic_type_hash", ""),
@@ -351,12 +349,12 @@ class SummaryReader:
         )
 
     def entries(self, data: bytes, offset: int, summary: Summary) -> Entries:
-        """Return the messages of a chunk as they are in it, and learn its schemas and channels.
+        """Return the messages of a chunk in their order, and add its schemas and channels to the summary.
 
         Args:
-            data: The chunk.
-            offset: Where it is in the file.
-            summary: Of the file.
+            data: The decompressed records of the chunk.
+            offset: The offset of the chunk in the file, for errors.
+            summary: The summary of the file.
         """
         entries = Entries.empty()
         times, starts, channels = entries
@@ -364,11 +362,11 @@ class SummaryReader:
         unpack_head, unpack_message = HEAD.unpack_from, MESSAGE.unpack_from
         while position < size:
             if size - position < head_size:
-                self._frames.fail(offset, "the last record of a chunk is cut")
+                self._frames.fail(offset, "the last record of a chunk is truncated")
             opcode, length = unpack_head(data, position)
             start, position = position, position + head_size + length
             if position > size:
-                self._frames.fail(offset, f"a record in a chunk states {length:,} bytes, and there are fewer")
+                self._frames.fail(offset, f"a record announces {length:,} bytes, more than its chunk has")
             if opcode == Opcode.MESSAGE:
                 if position - start < MESSAGE.size:
                     self._frames.fail(offset, "a message is too short")
@@ -381,5 +379,5 @@ class SummaryReader:
             elif opcode == Opcode.CHANNEL:
                 self._add_channel(data[start + head_size : position], offset, summary)
         if unknown := set(channels) - summary.topics.keys():
-            self._frames.fail(offset, f"messages are of the channel {min(unknown)}, which is missing")
+            self._frames.fail(offset, f"messages refer to channel {min(unknown)}, which is missing")
         return entries

@@ -1,4 +1,4 @@
-"""zstd and lz4, within limits: what is compressed may expand a millionfold."""
+"""zstd and lz4, with a limit for decompressed data: a few bytes may expand a millionfold."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from typing import TYPE_CHECKING, Final
 import lz4.frame
 import zstandard
 
+from actors.bags.errors import InvalidBagOptionError
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 NAMES: Final = ("none", "zstd", "lz4")
-"""What a bag's chunks may be compressed with, as on the command line."""
-
-
+"""Compressions of a bag's chunks, by their names on the command line."""
 _MAX_WINDOW: Final = 128 * 1024 * 1024
-"""The window of zstd's highest levels; a frame may ask for 2 GiB."""
+"""The window of zstd's highest levels. A frame may ask for up to 2 GiB, which is memory to allocate."""
 
 
 class CompressionError(ValueError):
-    """Bytes cannot be decompressed, or are larger than allowed."""
+    """Data cannot be decompressed, or would exceed the limit."""
 
 
 def compressor(name: str) -> tuple[str, Callable[[bytes], bytes] | None]:
-    """Return how MCAP names a compression, and the function that compresses.
+    """Return MCAP's name for a compression, and the function that compresses; "" and None for no compression.
 
     Args:
         name: One of `NAMES`.
 
     Raises:
-        ValueError: It is another one.
+        InvalidBagOptionError: The name is unknown.
     """
     if name == "none":
         return "", None
@@ -37,19 +37,19 @@ def compressor(name: str) -> tuple[str, Callable[[bytes], bytes] | None]:
         return name, zstandard.ZstdCompressor().compress
     if name == "lz4":
         return name, lz4.frame.compress
-    raise ValueError(f"{name!r} is not one of {', '.join(NAMES)}")
+    raise InvalidBagOptionError(f"compression is one of {', '.join(NAMES)}, not {name!r}")
 
 
 def decompress(name: str, data: bytes, most: int) -> bytes:
     """Return decompressed bytes.
 
     Args:
-        name: "zstd" or "lz4", or "" for bytes as they are.
+        name: "zstd" or "lz4"; "" if the data is not compressed.
         data: The compressed bytes.
-        most: The most that they may be; no more memory is taken.
+        most: Limit for the decompressed bytes; no more memory is allocated.
 
     Raises:
-        CompressionError: They are more, or no such bytes, or the compression is unknown.
+        CompressionError: The data is damaged, exceeds the limit, or the compression is unknown.
     """
     if name == "":
         found = data

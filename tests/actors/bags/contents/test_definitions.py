@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bags.definitions import (
+from actors.bags.contents.definitions import (
     ROS2IDL,
     ROS2MSG,
     canonical_definition,
@@ -115,7 +115,7 @@ def test_standard_types_need_not_be_defined() -> None:
         ("int32 x\nimport os\n", InterfaceSyntaxError, "import"),
         ("#" * ((1 << 20) + 1), InterfaceSyntaxError, "more than"),
         (f"{LINE}\nMSG: lab_msgs/B\n" * 501, InterfaceSyntaxError, "more than 500 types"),
-        (f"int32 x\n{LINE}\nMSG: ../../etc/passwd\nint32 x\n", InterfaceSyntaxError, "no type name"),
+        (f"int32 x\n{LINE}\nMSG: ../../etc/passwd\nint32 x\n", InterfaceSyntaxError, "Expected a type name"),
     ],
 )  # fmt: skip
 def test_hostile_definitions_are_refused(text: str, error: type[Exception], reason: str) -> None:

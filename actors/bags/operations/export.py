@@ -1,4 +1,4 @@
-"""Writes the messages of a bag as tables: one CSV file for each topic."""
+"""Writes the messages of a bag as tables: one CSV file per topic."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
     from pathlib import Path
 
+    from actors.bags.contents.records import BagTopic
     from actors.bags.reader import Reader
-    from actors.bags.records import BagTopic
 
 MAX_FILES: Final = 500
-"""Topics that are exported at once, each into a file that is open."""
+"""Limit for the topics that are exported at once: each needs an open file."""
 MAX_COLUMNS: Final = 10_000
 _TIMES: Final = ("log_time_ns", "publish_time_ns", "sequence")
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
@@ -34,22 +34,22 @@ _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
 def export_csv(
     reader: Reader, folder: Path, topics: Collection[str] | None = None
 ) -> dict[str, tuple[Path, int]]:
-    """Write a table for each topic: a line for each message, a column for each field.
+    """Write one table per topic, with one line per message and one column per field.
 
-    Fields of nested messages are columns, such as pose.position.x. A sequence is one column: JSON, or base64
-    if it is of bytes.
+    Each field of a nested message has its own column, such as pose.position.x. A sequence is one column:
+    JSON, or base64 if it is a sequence of bytes.
 
     Args:
         reader: The bag.
-        folder: Where to write; it is made.
-        topics: Names of topics; None: all.
+        folder: The folder for the tables; created if it does not exist.
+        topics: Names of topics; None for all.
 
     Returns:
-        By topic, its file and the number of its lines without the heading.
+        By topic, its file and the number of messages in it.
 
     Raises:
         BagError: The bag cannot be read, a message cannot be decoded, or there are too many topics.
-        BagWriteError: A file cannot be written, or exists.
+        BagWriteError: A file exists, or cannot be written.
     """
     chosen = [topic for topic in reader.topics if topics is None or topic.name in topics]
     if len(chosen) > MAX_FILES:
@@ -64,7 +64,8 @@ def export_csv(
             for topic in chosen:
                 name = file_name(topic.name)
                 names[name] += 1
-                number = "" if names[name] == 1 else f".{names[name]}"  # another type of the same topic
+                # Another type of the same topic is another table.
+                number = "" if names[name] == 1 else f".{names[name]}"
                 paths[topic] = folder / f"{name}{number}.csv"
             for message in reader.messages([topic.name for topic in chosen]):
                 found = writers.get(id(message.topic))
@@ -73,7 +74,7 @@ def export_csv(
                     columns = list(islice(_columns(cls, ""), MAX_COLUMNS + 1))
                     if len(columns) > MAX_COLUMNS:
                         raise BagError(
-                            f"{message.topic.name}: its type has more than {MAX_COLUMNS:,} columns"
+                            f"{message.topic.name}: its type needs more than {MAX_COLUMNS:,} columns"
                         )
                     file = paths[message.topic].open("x", encoding="utf-8", newline="")
                     writer = csv.writer(stack.enter_context(file))
@@ -89,7 +90,7 @@ def export_csv(
 
 
 def file_name(topic: str) -> str:
-    """Return the name of a topic's file, without its suffix: "camera.image" for /camera/image."""
+    """Return the name of a topic's file without its suffix, such as "camera.image" for /camera/image."""
     name = topic.strip("/").replace("/", ".")
     return _UNSAFE.sub(lambda found: f"%{ord(found[0]):02X}", name).lstrip(".")[:200] or "topic"
 

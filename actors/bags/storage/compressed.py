@@ -1,4 +1,4 @@
-"""rosbag2's own compression: whole files, or each message."""
+"""rosbag2's own compression, of whole files or of single messages, which is only read."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING, Final
 
 import zstandard
 
-from actors.bags.compression import CompressionError, decompress
 from actors.bags.errors import BagError, InvalidBagError
-from actors.bags.files import open_regular
+from actors.bags.storage.bag_file import open_regular
+from actors.bags.storage.compression import CompressionError, decompress
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from actors.bags.files import BagFile, FileContents, Filter, Order
-    from actors.bags.records import BagMessage
+    from actors.bags.contents.records import BagMessage
+    from actors.bags.storage.bag_file import BagFile, FileContents, Filter, Order
 
 ZSTD_MAGIC: Final = b"\x28\xb5\x2f\xfd"
 MAX_EXPANSION: Final = 200
-"""Bytes for each of a compressed file; recordings have up to about 20."""
+"""Limit for the growth of a file by decompression; recordings grow about 20 times at most."""
 _SPARE_BYTES: Final = 64 * 1024 * 1024
 _PIECE_BYTES: Final = 1024 * 1024
 
 
 class CompressedMessages:
-    """A file whose messages are compressed, each for itself: a `BagFile` of what they are.
+    """A file whose messages are compressed one by one: a `BagFile` with the decompressed messages.
 
     Args:
         file: The file.
-        max_bytes: The most bytes of a message.
+        max_bytes: Limit for a decompressed message.
     """
 
     def __init__(self, file: BagFile, max_bytes: int) -> None:
@@ -44,7 +44,7 @@ class CompressedMessages:
         self._file.close()
 
     def contents(self) -> FileContents:
-        """Return what the file has."""
+        """Return a summary of the file."""
         return self._file.contents()
 
     def messages(self, chosen: Filter, order: Order) -> Iterator[BagMessage]:
@@ -59,7 +59,7 @@ class CompressedMessages:
 
 
 class _TemporaryFile:
-    """A decompressed copy of a file, which is removed when it is closed."""
+    """A decompressed copy of a file, which `close` removes."""
 
     def __init__(self, path: Path, file: BagFile, folder: tempfile.TemporaryDirectory[str]) -> None:
         self.path = path
@@ -78,15 +78,15 @@ class _TemporaryFile:
 
 
 def decompressed_file(path: Path, open_file: Callable[[Path], BagFile]) -> BagFile:
-    """Return a compressed file, decompressed into a temporary folder.
+    """Decompress a file into a temporary folder, and open the copy. Closing it removes the copy.
 
     Args:
         path: The file.
-        open_file: Opens the result.
+        open_file: Opens the copy.
 
     Raises:
-        BagError: There is no space for it.
-        InvalidBagError: It is damaged, or more than `MAX_EXPANSION` times as large.
+        BagError: The copy cannot be written, such as for lack of space.
+        InvalidBagError: The file is damaged, or grows more than `MAX_EXPANSION` times.
     """
     folder = tempfile.TemporaryDirectory(prefix="callboard-bag-")
     try:
@@ -113,7 +113,7 @@ def _decompress(path: Path, target: Path) -> None:
                     raise InvalidBagError(
                         path,
                         "",
-                        f"it has more than {most:,} bytes when decompressed; decompress it with: zstd -d",
+                        f"it exceeds {most:,} bytes when decompressed; decompress it with: zstd -d",
                     )
                 out.write(piece)
         except zstandard.ZstdError as error:
