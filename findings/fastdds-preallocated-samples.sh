@@ -17,7 +17,7 @@ python3.11 -m venv "$folder/env"
     ros-rmw-fastrtps-cpp==9.3.3 ros-rmw-implementation==3.0.4 ros-std-srvs==5.5.1
 cat > "$folder/profile.xml" <<'XML'
 <?xml version="1.0" encoding="UTF-8"?>
-<profiles xmlns="http://www.eprosima.com">
+<profiles>
   <data_writer profile_name="writers" is_default_profile="true">
     <topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>
   </data_writer>
