@@ -154,7 +154,7 @@ class Reader:
             paths = self._found_files()
         else:
             self._problems.append(
-                f"{file} is missing: the recorder was killed; to write it: callboard bag reindex {self.path}"
+                f"{file} is missing, as after a kill; to write it: callboard bag reindex {self.path}"
             )
             paths = self._found_files()
         if len(paths) > MAX_FILES:

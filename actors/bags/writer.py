@@ -118,12 +118,7 @@ class Writer:
         custom_data: Mapping[str, str] | None = None,
     ) -> None:
         require_extra()
-        if max_bag_size < 0 or 0 < max_bag_size < MIN_BAG_SIZE:
-            raise InvalidBagOptionError(
-                f"max_bag_size must be 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}"
-            )
-        if max_bag_duration_sec < 0 or max_splits < 0:
-            raise InvalidBagOptionError("max_bag_duration_sec and max_splits cannot be negative")
+        check_file_limits(max_bag_size, max_bag_duration_sec, max_splits)
         self.path = Path(path)
         self._max_bytes = max_bag_size
         self._max_ns = round(max_bag_duration_sec * _NS)
@@ -357,6 +352,16 @@ class Writer:
 
     def _write_metadata(self) -> None:
         write_metadata(self.path, self._metadata(self._closed))
+
+
+def check_file_limits(max_bag_size: int, max_bag_duration_sec: float, max_splits: int) -> None:
+    """Raise InvalidBagOptionError if a limit for the files of a bag is out of range; see `Writer`."""
+    if max_bag_size < 0 or 0 < max_bag_size < MIN_BAG_SIZE:
+        raise InvalidBagOptionError(
+            f"max_bag_size must be 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}"
+        )
+    if not (max_bag_duration_sec >= 0 and max_splits >= 0):
+        raise InvalidBagOptionError("max_bag_duration_sec and max_splits cannot be negative")
 
 
 def write_metadata(folder: Path, metadata: BagMetadata) -> None:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from actors.bags.errors import InvalidBagOptionError
+from actors.bags.writer import check_file_limits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -61,9 +62,9 @@ class RecorderOptions:
     custom_data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        for name in ("max_bag_size", "max_bag_duration_sec", "max_splits", "max_cache_size"):
-            if getattr(self, name) < 0:
-                raise InvalidBagOptionError(f"{name} cannot be negative")
+        check_file_limits(self.max_bag_size, self.max_bag_duration_sec, self.max_splits)
+        if self.max_cache_size < 0:
+            raise InvalidBagOptionError("max_cache_size cannot be negative")
         if not self.until_no_messages_sec >= 0:
             raise InvalidBagOptionError("until_no_messages_sec cannot be negative")
         if self.snapshot_mode and not self.max_cache_size:

@@ -70,6 +70,7 @@ async def test_it_ends_when_no_message_arrives(desk: Desk, tmp_path: Path) -> No
         (("-a", "--compression-format", "zstd"), 2, "--compression-mode"),
         (("-a", "--snapshot-mode", "--max-cache-size", "0"), 2, "max_cache_size is 0"),
         (("-a", "--use-sim-time", "--no-discovery"), 2, "exclude each other"),
+        (("-a", "-b", "10"), 2, "at least 1024 bytes"),
         (("-a", "-b", "1k"), 2, "expected a number of bytes, got '1k'"),
         (("-a", "--storage", "sqlite3"), 2, "mcap"),
         (("-a", "--qos-profile-overrides-path", "absent.yaml"), 1, "absent.yaml: No such file"),
