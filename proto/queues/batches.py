@@ -68,16 +68,16 @@ class BatchBuilder:
         self.slot = slot
         self._slot_ends.append(slot.size)
 
-    def build(self, publisher: int, stamp_ns: int) -> Batch:
+    def build(self, publisher: int, stamp_ns: int, attributes: Options | None = None) -> Batch:
         """Return the collected messages as one batch, encoded or in shared memory, and start the next one."""
         slot = self.slot
         if slot is not None:
             ends, self._slot_ends, self.slot = self._slot_ends, array("I"), None
-            fields = self._number(publisher, stamp_ns, len(ends), ends)
+            fields = self._number(publisher, stamp_ns, len(ends), ends, attributes)
             return shared_batch(slot, fields, SLOT_HEAD_BYTES, slot.size)
         messages, size = self.messages, self.size
         self.messages, self.size = [], 0
-        fields = self._number(publisher, stamp_ns, len(messages), accumulate(map(len, messages)))
+        fields = self._number(publisher, stamp_ns, len(messages), accumulate(map(len, messages)), attributes)
         head = batch_head(fields, size + ARRAY_HEAD_BYTES)
         raw = b"".join((head, array_head(len(messages)), *messages))
         return Batch(*fields, memoryview(raw)[len(head) :], raw)
@@ -98,12 +98,18 @@ class BatchBuilder:
         return Batch(*fields, raw[len(raw) - payload_bytes :], raw)
 
     def _number(
-        self, publisher: int, stamp_ns: int, count: int, ends: Iterable[int]
-    ) -> tuple[int, int, int, int, bytes | None, None]:
+        self,
+        publisher: int,
+        stamp_ns: int,
+        count: int,
+        ends: Iterable[int],
+        attributes: Options | None = None,
+    ) -> tuple[int, int, int, int, bytes | None, Options | None]:
         """Return the first six fields of the next batch. One message alone needs no ends."""
         first = self.next_sequence
         self.next_sequence = first + count
-        return publisher, first, stamp_ns, count, ends_to_bytes(array("I", ends)) if count > 1 else None, None
+        encoded_ends = ends_to_bytes(array("I", ends)) if count > 1 else None
+        return publisher, first, stamp_ns, count, encoded_ends, attributes
 
 
 def with_raw(batch: Batch) -> Batch:

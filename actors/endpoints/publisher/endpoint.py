@@ -22,13 +22,14 @@ from actors.endpoints.publisher.qos_monitor import QoSMonitor
 from actors.endpoints.publisher.retained import Retained
 from actors.errors import PublisherFull
 from actors.interfaces.message import definition, type_hash, type_name
-from actors.qos.profile import DurabilityPolicy, HistoryPolicy, LivelinessPolicy
+from actors.qos.profile import UNLIMITED, DurabilityPolicy, HistoryPolicy, LivelinessPolicy
 from proto import limits
 from proto.queues.batches import MAX_HEAD_BYTES, BatchBuilder
 from proto.queues.publisher_queue import PublisherQueue
 from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.identity import public_gid
+from proto.wire.stamps import MAX_STAMPS, stamps_attribute
 
 if TYPE_CHECKING:
     from actors.diagnostics.records import PublisherDiagnostics
@@ -88,9 +89,12 @@ class PublisherEndpoint(Endpoint):
         self._batch = BatchBuilder(0)
         self._batch_bytes = limits.BATCH_FLUSH_BYTES
         """Larger messages do not go into a batch of bytes, or only if there is no shared memory left."""
-        self._stamp_ns: int | None = None
-        """The stamp of the messages in the batch; None for the time when it is sent."""
+        self._stamps: list[int] = []
+        """The stamps of the messages in the batch; none if they have the time when it is sent."""
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        self._mixes_stamps = not latched and resolved.lifespan == UNLIMITED
+        """Whether messages of one batch may have different stamps: not where the broker looks at them, or
+        keeps the batch."""
         self._keep = (LATCHED_MESSAGES if keep_all else depth) if latched else 0
         self._retained: Retained | None = None
         """The last `_keep` messages; None before the first one."""
@@ -122,9 +126,8 @@ class PublisherEndpoint(Endpoint):
         `publish` counts `space` down instead of asking the queue for each message. Whatever may leave less
         space than that sets it to 0, so that the next message asks again.
         """
-        if self._stamp_ns is not None:
+        if self._stamps:
             self.flush_turn()
-            self._stamp_ns = None
         self._check_space()
 
     def _check_space(self) -> None:
@@ -160,17 +163,26 @@ class PublisherEndpoint(Endpoint):
             self.collect(bytes(data))
 
     def collect_stamped(self, data: bytes | memoryview, stamp_ns: int) -> None:
-        """Send a message with a stamp of its own, in one batch with those before it that have the same.
+        """Send a message with a stamp of its own.
 
         Raises:
             PublisherFull: As for `require_space`, which need not be called before.
         """
-        if stamp_ns != self._stamp_ns:
+        stamps, batch = self._stamps, self._batch
+        if (
+            len(stamps) >= MAX_STAMPS
+            or (not stamps and batch.length)
+            or (stamps and stamp_ns != stamps[-1] and not self._mixes_stamps)
+        ):
             self.flush_turn()
-            self._stamp_ns = stamp_ns
         self._check_space()
         self.space = 0  # so that the next message without a stamp asks for space, which ends this batch
-        self.collect_encoded(data)
+        stamps.append(stamp_ns)
+        try:
+            self.collect_encoded(data)
+        except BaseException:  # it is too large
+            del stamps[batch.length :]
+            raise
 
     def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
         """Send a large message, or one that follows a large one.
@@ -209,7 +221,7 @@ class PublisherEndpoint(Endpoint):
         elif self.large:
             self.flush_turn()
             room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
-            self._put(batch.single(room, queue.publisher, self._batch_stamp()))
+            self._put(batch.single(room, queue.publisher, self._take_stamps(1)[0]))
         elif batch.add(bytes(message)):
             self.flush_turn()
         else:
@@ -219,11 +231,19 @@ class PublisherEndpoint(Endpoint):
 
     def flush_turn(self) -> None:
         """Put the batch of this loop turn into the publisher queue. Called by the link."""
-        if self._batch.length:
-            self._put(self._batch.build(self.queue.publisher, self._batch_stamp()))
+        batch = self._batch
+        if count := batch.length:
+            self._put(batch.build(self.queue.publisher, *self._take_stamps(count)))
 
-    def _batch_stamp(self) -> int:
-        return time.time_ns() if self._stamp_ns is None else self._stamp_ns
+    def _take_stamps(self, count: int) -> tuple[int, frames.Options | None]:
+        """Return the stamp and the attributes of a batch of so many messages."""
+        stamps = self._stamps
+        if not stamps:
+            return time.time_ns(), None
+        # Behind them may be that of a message which is about to be collected.
+        taken = stamps[:count]
+        del stamps[:count]
+        return taken[0], stamps_attribute(self._batch.next_sequence, taken)
 
     def _put(self, batch: frames.Batch) -> None:
         if self._keep:  # for a broker that restarts, whatever the queue drops

@@ -153,8 +153,9 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
 
         A message that keeps the time when it was first published gets older on its way: its lifespan is
         counted from then, by readers and for latched messages, and so are the delays that tools show.
-        Deadlines and leases ask when messages are sent and received. Messages with different times travel in
-        frames of their own, which costs more than one frame for all messages of a turn of the loop.
+        Deadlines and leases ask when messages are sent and received. If the publisher has a lifespan or is
+        TRANSIENT_LOCAL, messages with different times travel in frames of their own, which costs more than
+        one frame for all messages of a turn of the loop.
 
         Args:
             data: One message as msgpack: a map. It is copied.

@@ -14,6 +14,8 @@ import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from proto.wire.stamps import stamp_of, stamps_from
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -56,6 +58,7 @@ class QueuedBatch:
         "received_ns",
         "size",
         "stamp_ns",
+        "stamps",
     )
 
     def __init__(
@@ -71,6 +74,7 @@ class QueuedBatch:
         self.index = 0
         self.numbers = numbers
         self.stamp_ns = batch.stamp_ns
+        self.stamps = () if batch.attributes is None else stamps_from(batch.attributes)
         self.received_ns = received_ns
         self.end = 0
         self.size = 0
@@ -80,7 +84,8 @@ class QueuedBatch:
         """Return the message info of the message taken last."""
         publisher = self.attachment
         number = self.numbers[self.index - 1]
-        return MessageInfo(self.stamp_ns, self.received_ns, number, publisher.gid, publisher.node)
+        stamp_ns = stamp_of(self.stamps, number, self.stamp_ns) if self.stamps else self.stamp_ns
+        return MessageInfo(stamp_ns, self.received_ns, number, publisher.gid, publisher.node)
 
 
 class Backlog:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 DAY_NS = 86_400 * 10**9
 LATEST = 2**63 - 1
+BASE_NS = LATEST - 1000
+"""A time at which nothing has expired."""
 
 
 def encoded(number: int) -> bytes:
@@ -52,12 +54,27 @@ async def test_each_message_has_its_own(meeting: Meeting) -> None:
     assert publisher.published == len(stamps) + 1
 
 
-async def test_equal_ones_share_a_batch(meeting: Meeting) -> None:
-    """Messages that arrived in one batch leave in one."""
+HOUR = actors.Duration(seconds=3600)
+
+
+@pytest.mark.parametrize(
+    ("qos", "expected"),
+    [
+        (actors.QoSProfile(depth=1000), [(30, 0)]),
+        (actors.QoSProfile(depth=1000, lifespan=HOUR), [(10, 0), (10, 1), (10, 2)]),
+        (latched(1000), [(10, 0), (10, 1), (10, 2)]),
+    ],
+)
+async def test_messages_of_one_turn_share_a_batch(
+    meeting: Meeting, qos: actors.QoSProfile, expected: list[tuple[int, int]]
+) -> None:
+    """Also those with other times, unless the broker looks at these or keeps the batch."""
     node = await meeting.node("node")
-    publisher = node.create_publisher(Int64, "number", 100)
-    got: list[int] = []
-    node.create_subscription(Int64, "number", lambda message: got.append(message.data), 100)
+    publisher = node.create_publisher(Int64, "number", qos)
+    got: list[tuple[int, int]] = []
+    node.create_subscription(
+        Int64, "number", lambda message, info: got.append((message.data, info.source_timestamp)), 100
+    )
     await matched(publisher)
     channel = link_of(node).channel
     assert channel is not None
@@ -66,16 +83,34 @@ async def test_equal_ones_share_a_batch(meeting: Meeting) -> None:
 
     def counted(outbox: Outbox, queue: PublisherQueue, item: Batch | bytes, **options: Any) -> None:
         if outbox is channel.outbox and not isinstance(item, bytes):
-            batches.append((item.length, item.stamp_ns))
+            batches.append((item.length, item.stamp_ns - BASE_NS))
         enqueue(outbox, queue, item, **options)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Outbox, "enqueue", counted)
         for number in range(30):
-            publisher.publish_encoded(encoded(number), source_timestamp_ns=number // 10)
+            publisher.publish_encoded(encoded(number), source_timestamp_ns=BASE_NS + number // 10)
         await until(lambda: len(got) == 30)
-    assert batches == [(10, 0), (10, 1), (10, 2)]
-    assert got == list(range(30))
+    assert batches == expected
+    assert got == [(number, BASE_NS + number // 10) for number in range(30)]
+
+
+async def test_a_batch_has_a_limited_number_of_times(meeting: Meeting) -> None:
+    """A thousand messages of one turn keep theirs, in several batches, of which a reader keeps a part."""
+    node = await meeting.node("node")
+    publisher = node.create_publisher(Int64, "number", KEEP_ALL)
+    everything: actors.Subscription[Int64] = node.create_subscription(Int64, "number", qos_profile=KEEP_ALL)
+    newest: actors.Subscription[Int64] = node.create_subscription(Int64, "number", qos_profile=15)
+    await matched(publisher, 2)
+    for number in range(1000):
+        publisher.publish_encoded(encoded(number), source_timestamp_ns=7 * number)
+    await until(lambda: everything.queued == 1000)
+
+    def stamps(of: actors.Subscription[Int64]) -> list[int]:
+        return [found[1].source_timestamp for found in iter(of.take, None)]
+
+    assert stamps(everything) == [7 * number for number in range(1000)]
+    assert stamps(newest) == [7 * number for number in range(985, 1000)]
 
 
 @pytest.mark.parametrize("shared_memory", [False, True])

@@ -1,0 +1,60 @@
+"""Times of messages that share a batch, in its attributes (docs/protocol.md §6.1.7).
+
+They name the first message that they are for: whoever cuts a batch need not know of them.
+"""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from proto.wire.frames import Options
+
+STAMPS: Final = "stamps"
+MAX_STAMPS: Final = 400
+"""Messages with times of their own in a batch that we send: within MAX_ATTRIBUTES_BYTES."""
+
+_LITTLE_ENDIAN: Final = sys.byteorder == "little"
+_BYTES: Final = 8
+
+
+def stamps_attribute(first: int, stamps: Sequence[int]) -> Options | None:
+    """Return the attributes of a batch; None if all its messages have the same time, which the batch has.
+
+    Args:
+        first: The number of its first message.
+        stamps: The time of each, in ns since the epoch.
+    """
+    if stamps.count(stamps[0]) == len(stamps):
+        return None
+    numbers = array("Q", (first, *stamps))
+    if not _LITTLE_ENDIAN:  # pragma: no cover
+        numbers.byteswap()
+    return {STAMPS: numbers.tobytes()}
+
+
+def stamps_from(attributes: Options) -> Sequence[int]:
+    """Return the number of a message and the times of those from it on; empty if the attributes have none."""
+    data = attributes.get(STAMPS)
+    if not isinstance(data, bytes) or len(data) % _BYTES:
+        return ()
+    numbers = array("Q", data)
+    if not _LITTLE_ENDIAN:  # pragma: no cover
+        numbers.byteswap()
+    return numbers
+
+
+def stamp_of(stamps: Sequence[int], number: int, others: int) -> int:
+    """Return the time of a message.
+
+    Args:
+        stamps: As `stamps_from` returns them; not empty.
+        number: The message's.
+        others: The time of messages that have none of their own.
+    """
+    index = number - stamps[0] + 1
+    return stamps[index] if 0 < index < len(stamps) else others
