@@ -154,11 +154,12 @@ def run(options: Options) -> int:
     """Play until the end, SIGINT or SIGTERM."""
     from actors.cli.loop import run_async
     from actors.cli.parsing import import_from_working_directory
+    from proto.aio import process
 
     import_from_working_directory()
     with arguments.usage_errors():
         selection, chosen = _selection(options), _player_options(options)
-    run_async(lambda: _play(options, selection, chosen))
+    run_async(lambda: _play(options, selection, chosen), loop_factory=process.new_event_loop)
     return OK
 
 

@@ -138,11 +138,12 @@ def run(options: Options) -> int:
     """Record until SIGINT or SIGTERM, or until the recording ends by itself."""
     from actors.cli.loop import run_async
     from actors.cli.parsing import import_from_working_directory
+    from proto.aio import process
 
     import_from_working_directory()
     with arguments.usage_errors():
         selection, chosen = _selection(options), _recorder_options(options)
-    run_async(lambda: _record(options, selection, chosen))
+    run_async(lambda: _record(options, selection, chosen), loop_factory=process.new_event_loop)
     return OK
 
 

@@ -36,6 +36,7 @@ async def running(
     from actors.cli.broker_target import CONNECT_TIMEOUT_SEC, connected, target_of
     from actors.logging.output import configure_logging
     from actors.logging.severity import severity_from_name
+    from proto.aio import process
 
     if options.own_process:
         configure_logging(severity_from_name(options.log_level or "info"))
@@ -46,6 +47,9 @@ async def running(
     try:
         async with connected(made, target):
             has_started = True
+            if options.own_process:
+                # Otherwise each image would return its pages to the system, and the next request them again.
+                process.configure_process()
             yield made
     finally:
         if has_started:
