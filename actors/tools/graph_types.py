@@ -64,6 +64,30 @@ class GraphTypes:
         name, digest = _only(found, topic)
         return await self._class(Message, name, digest)
 
+    async def declared_message(self, name: str, digest: str) -> type[Message]:
+        """Return the message class that an endpoint has declared.
+
+        Args:
+            name: The type's full name.
+            digest: Its hash.
+
+        Raises:
+            UnknownInterfaceError, InvalidMessageError, BrokerUnreachable: As for `message`.
+        """
+        return await self._class(Message, name, digest)
+
+    async def declared_service(self, name: str, digest: str) -> type[Service]:
+        """Return the service class that an endpoint has declared.
+
+        Args:
+            name: The type's full name.
+            digest: Its hash.
+
+        Raises:
+            UnknownInterfaceError, InvalidMessageError, BrokerUnreachable: As for `message`.
+        """
+        return await self._class(Service, name, digest)
+
     async def service(self, snapshot: GraphSnapshot, name: str, wanted: str = "") -> type[Service]:
         """Return the class of a service.
 

@@ -87,13 +87,35 @@ class Calls:
         srv_type: Any = await self._types.service(snapshot, service, wanted)
         work = self._observer.work
         request = await work.run(message_of, srv_type.Request, values)
+        return await work.run(
+            message_to_javascript, await self.request(srv_type, service, request, timeout_sec)
+        )
+
+    async def request(
+        self, srv_type: Any, service: str, request: Message, timeout_sec: float | None = None
+    ) -> Message:
+        """Call a service once with a message; the call is cancelled with the caller.
+
+        Args:
+            srv_type: The class of the service.
+            service: Its full name.
+            request: The request.
+            timeout_sec: For the reply; None is the node's default.
+
+        Returns:
+            The response.
+
+        Raises:
+            CallFailed: As for `call`.
+        """
         with self._counted():
             client = self._node.create_client(srv_type, service)
             try:
                 if not await client.wait_for_service(MATCH_SEC):
                     raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
-                response = await client.call(request, DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec)
-                return await work.run(message_to_javascript, response)
+                limit = DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec
+                response: Message = await client.call(request, limit)
+                return response
             finally:
                 client.destroy()
 
@@ -119,7 +141,7 @@ class Calls:
         msg_type = await self._types.message(snapshot, topic, wanted)
         message = await self._observer.work.run(message_of, msg_type, values)
         with self._counted():
-            publisher = self._node.create_publisher(msg_type, topic, _profile(snapshot, topic))
+            publisher = self._node.create_publisher(msg_type, topic, publishing_profile(snapshot, topic))
             try:
                 # The broker answers the publisher before that.
                 after = await self._observer.newest()
@@ -173,8 +195,13 @@ def message_of(msg_type: type[M], values: Mapping[str, Any]) -> M:
     return message
 
 
-def _profile(snapshot: GraphSnapshot, topic: str) -> QoSProfile:
-    """Return a profile that suits the topic: a publisher's, or what its subscriptions ask for."""
+def publishing_profile(snapshot: GraphSnapshot, topic: str) -> QoSProfile:
+    """Return a profile that suits the topic: a publisher's, or what its subscriptions ask for.
+
+    Args:
+        snapshot: The graph, or the part that has the topic.
+        topic: The topic's full name.
+    """
     offers = snapshot.endpoints(EntryKind.PUBLISHER, topic)
     if offers:
         return offers[0].qos_profile

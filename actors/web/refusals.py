@@ -62,6 +62,11 @@ class Refusals:
             labelnames=("reason",),
             registry=self._registry,
         )
+        self._drops = Counter(
+            "callboard_web_dropped_messages",
+            "Messages that live tools did not get, because they read too slowly",
+            registry=self._registry,
+        )
         self._counters = {each: counter.labels(each.label) for each in Refusal}
 
     def count(self, refusal: Refusal, source: object) -> None:
@@ -74,6 +79,10 @@ class Refusals:
         self._counters[refusal].inc()
         if self._log.admits(refusal.words):
             logger.warning("%s: %s", source, refusal.words)
+
+    def count_drops(self, count: int) -> None:
+        """Count messages that a live tool did not get, because it reads too slowly."""
+        self._drops.inc(count)
 
     def admits_fault(self) -> bool:
         """Return whether to log the traceback of a request that has failed here: a client may repeat it."""

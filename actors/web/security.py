@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 from proto.wire.addresses import is_address
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
 TOKEN_BYTES: Final = 24
 
@@ -76,11 +76,15 @@ class AccessPolicy:
     private: bool = False
     control: bool = False
 
-    def refuses_origin(self, headers: Mapping[str, str]) -> Refusal | None:
+    def refuses_origin(
+        self, headers: Mapping[str, str], *, token: str = "", origins: Collection[str] = ()
+    ) -> Refusal | None:
         """Return why a request cannot come from this server's page or from a program; None if it can.
 
         Args:
             headers: Of the request; keys in any case.
+            token: A token in its address, where there may be one.
+            origins: Sites whose pages may ask, too.
         """
         host = headers.get("Host", "")
         if host and not _is_host(host):
@@ -88,12 +92,12 @@ class AccessPolicy:
                 status=421, reason="The Host header is not a name or an address, and perhaps a port"
             )
         # With the token the name may be anything: a page of another site does not have the token.
-        if not self._knows(host) and not self.knows_token(bearer(headers)):
+        if not self._knows(host) and not self.knows_token(bearer(headers) or token):
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
             return Refusal(status=421, reason=text)
         origin = headers.get("Origin")
         if origin is not None:
-            own = origin.partition("://")[2] == host
+            own = origin in origins or origin.partition("://")[2] == host
         else:  # a link on another site may open this page: the other site cannot read it
             own = headers.get("Sec-Fetch-Site", "none") in {"none", "same-origin"}
             own = own or headers.get("Sec-Fetch-Dest") == "document"

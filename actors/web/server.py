@@ -17,6 +17,7 @@ from actors.web.request_log import RequestLog
 from actors.web.routes import (
     calls,
     echo,
+    foxglove,
     goals,
     graph,
     images,
@@ -30,7 +31,7 @@ from actors.web.routes import (
 )
 from actors.web.routes.request_body import check_headers, expect_nothing, receive_body, refuse_body
 from actors.web.routes.responses import error_response, respond
-from actors.web.routes.state import CONNECTION, SHOWS_TOKEN, STATE, WORKSPACE, State, state_of
+from actors.web.routes.state import CONNECTION, SHOWS_TOKEN, STATE, WORKSPACE, State, state_of, tool_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
 from actors.web.workspace import Workspace
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from actors.web.connection import WebConnection
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
+    from actors.web.routes.live_tool import LiveTool
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -63,6 +65,9 @@ ROUTES: Final = (
 )
 """The order matters: in `graph` the rest of a path is a name, so it comes after `echo`, `images` and so
 on."""
+
+TOOLS: Final = {each.name: each for each in (foxglove.TOOL,)}
+"""The live tools, by name."""
 
 STOP_SEC: Final = 1.0
 """Time for handlers to end when the server stops."""
@@ -125,14 +130,10 @@ class WebServer:
             policy=policy,
             own=Workspace(observer),
             users=Users(observer, partial(count, Refusal.TOKENS)) if options.users else None,
+            tools=_tools(options),
         )
+        self._app.add_routes(_routes(self._app[STATE]))
         self._app[openapi.ALL_ROUTES] = ROUTES
-        self._app.add_routes([each.definition() for each in ROUTES])
-        # Not below /api/: an unknown path there is an error for a program, and not the page.
-        page = web.get("/{path:(?!api/).*}", PageFiles().serve, expect_handler=expect_nothing)
-        # The library's own routes for everything else fail at a header `Expect` that is not ASCII.
-        rest = web.route("*", "/{path:.*}", _refuse, expect_handler=expect_nothing)
-        self._app.add_routes([page, rest])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
         self._app.on_cleanup.append(_close_work)
@@ -151,6 +152,19 @@ class WebServer:
         host = f"[{options.host}]" if ":" in options.host else options.host
         return f"{'http' if options.tls is None else 'https'}://{host}:{self.port}/"
 
+    def tool_url(self, name: str) -> str:
+        """Return the address of a live tool, with the token if it grants anything: it has to be kept secret.
+
+        Args:
+            name: Of the tool.
+        """
+        base = self.url.replace("http", "ws", 1) + (name if self._options.page else "")
+        return f"{base}?token={self.token}" if self._needs_token else base
+
+    @property
+    def _needs_token(self) -> bool:
+        return self._app[STATE].private or self._options.allow_control
+
     @property
     def asks_for_token(self) -> bool:
         """Whether reading needs a token, although the server is for this machine only."""
@@ -160,8 +174,7 @@ class WebServer:
     @property
     def url_with_token(self) -> str:
         """The page's address, with the token if it grants anything: in the fragment, which is never sent."""
-        needed = self._app[STATE].private or self._options.allow_control
-        return f"{self.url}#token={self.token}" if needed else self.url
+        return f"{self.url}#token={self.token}" if self._needs_token else self.url
 
     async def __aenter__(self) -> Self:
         """Listen."""
@@ -192,6 +205,26 @@ class WebServer:
         self._listener.close()
 
 
+def _tools(options: WebOptions) -> dict[str, LiveTool]:
+    """Return the live tools of a server, by path."""
+    tools = [TOOLS[name] for name in options.tools]
+    found = {each.path: each for each in tools}
+    return found if options.page else {"/": tools[0], **found}
+
+
+def _routes(state: State) -> list[web.RouteDef]:
+    with_page = state.options.page
+    routes = [each.definition() for each in (ROUTES if with_page else operations.ROUTES)]
+    routes += [
+        web.get(path, tool.handler, expect_handler=expect_nothing) for path, tool in state.tools.items()
+    ]
+    if with_page:
+        # Not below /api/: an unknown path there is an error for a program, and not the page.
+        routes.append(web.get("/{path:(?!api/).*}", PageFiles().serve, expect_handler=expect_nothing))
+    # The library's own routes for everything else fail at a header `Expect` that is not ASCII.
+    return [*routes, web.route("*", "/{path:.*}", _refuse, expect_handler=expect_nothing)]
+
+
 @web.middleware
 async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
@@ -211,7 +244,10 @@ async def _answer(request: web.Request, handler: Handler, state: State) -> web.S
         if state.listener.in_reserve(request[CONNECTION]):
             state.listener.count(Refusal.CONNECTIONS, request[CONNECTION].source)
             return error_response(503, TOO_MANY_CONNECTIONS)
-        if refusal := state.policy.refuses_origin(request.headers):
+        tool = tool_of(request)
+        origins = () if tool is None else tool.origins.union(state.options.allowed_origins)
+        token = "" if tool is None else _token_for_tool(request)
+        if refusal := state.policy.refuses_origin(request.headers, token=token, origins=origins):
             return error_response(refusal.status, refusal.reason)
     return await respond(partial(_admit, partial(_handle, handler)), request)
 
@@ -232,11 +268,12 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     """Handle a request in the workspace of its user, if the access policy allows it."""
     state, safe = state_of(request), request.method in SAFE_METHODS
     request[WORKSPACE] = state.own
-    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.NEED_NO_TOKEN:
+    is_guarded, is_tool = request.path.startswith(GUARDED_PATHS), tool_of(request) is not None
+    if not (is_guarded or is_tool) or (request.method, request.path) in session.NEED_NO_TOKEN:
         return await handler(request)
-    token = bearer(request.headers)
+    token = _token_for_tool(request) if is_tool else bearer(request.headers)
     # A cookie only for reading: a browser sends it by itself, also when a page of another site asks.
-    if safe and not token:
+    if safe and not token and not is_tool:
         token = request.cookies.get(session.cookie_name(request), "")
     known = state.policy.knows_token(token)
     is_users = state.users is not None and bool(token) and not known
@@ -260,6 +297,10 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
             return response
         request[WORKSPACE] = workspace
         return await handler(request)
+
+
+def _token_for_tool(request: web.Request) -> str:
+    return bearer(request.headers) or request.query.get("token", "")
 
 
 async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.endpoints.subscription.sequence_tracker import REMEMBERED_PUBLISHERS
@@ -15,7 +15,7 @@ from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Hashable, Iterator
 
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 DEPTH: Final = 1000
 """Messages that wait for this process at most."""
 
-MAX_TOPICS: Final = 256
-"""Topics that are read at the same time."""
+MAX_TOPICS: Final = 2048
+"""Topics that are read at the same time: all of a large robot, by a live tool."""
 
 MAX_BYTES: Final = 16 * 1024 * 1024
 """Limit on the messages that wait for a reader, and on latched ones for later readers; the newest is kept.
@@ -38,7 +38,12 @@ class TooManyTopicsError(CallboardError):
     """The server reads `MAX_TOPICS` topics already. Close one."""
 
 
-class Received(NamedTuple):
+class _Received(NamedTuple):
+    data: bytes
+    info: MessageInfo
+
+
+class Received(_Received):
     """A message as it was received.
 
     Attributes:
@@ -46,8 +51,10 @@ class Received(NamedTuple):
         info: Its metadata.
     """
 
-    data: bytes
-    info: MessageInfo
+    @cached_property
+    def forms(self) -> dict[Hashable, bytes]:
+        """It in other encodings: who needs one first makes it, for all readers."""
+        return {}
 
 
 class NewestMessages:
@@ -87,7 +94,69 @@ class NewestMessages:
         return len(self._messages)
 
 
-class TopicReader:
+class TopicListener:
+    """Hands one topic's messages to a function as they come, each once.
+
+    Args:
+        feed: The topic.
+        receive: Called with each message, and with its publisher if the topic is latched, else with nothing.
+        refused: Called when the broker has refused the subscription.
+        kind: The type of the messages; empty for all types.
+
+    Attributes:
+        wake: `refused`.
+        skipped: Messages lost on their way since it was last set to 0.
+    """
+
+    def __init__(
+        self,
+        feed: TopicFeed,
+        receive: Callable[[Received, bytes], object],
+        refused: Callable[[], None],
+        kind: str,
+    ) -> None:
+        self._feed = feed
+        self._receive = receive
+        self._kind = kind
+        self._next: dict[bytes, int] = {}
+        """The number after the newest message, by publisher."""
+        self.wake = refused
+        self.skipped = 0
+
+    @property
+    def refusal(self) -> str:
+        """Why the broker refuses the subscription; "" if it does not."""
+        return self._feed.refusal
+
+    def add(self, received: Received) -> None:
+        """Hand on a message, if it is of the listener's type and not one that it has had."""
+        info, known = received.info, self._next
+        number, publisher = info.publication_sequence_number, info.publisher_gid
+        if self._kind and not self._feed.may_publish(info.publisher_node, self._kind):
+            return
+        # A subscription that replaces another one gets latched messages again.
+        if number < known.get(publisher, 0):
+            return
+        known.pop(publisher, None)  # last, so that those that have sent nothing for long are forgotten
+        known[publisher] = number + 1
+        if len(known) > REMEMBERED_PUBLISHERS:
+            del known[next(iter(known))]
+        self._receive(received, publisher if self._feed.is_latched else b"")
+
+    async def accepted(self) -> None:
+        """Wait until the broker has answered the subscription, or cannot be reached.
+
+        Raises:
+            SubscriptionRefusedError: It refuses it.
+        """
+        await self._feed.answer.accepted()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._feed.remove(self)
+
+
+class TopicReader(TopicListener):
     """One reader's newest messages of a topic.
 
     Args:
@@ -102,27 +171,10 @@ class TopicReader:
     """
 
     def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None], kind: str) -> None:
-        self._feed = feed
-        self._kind = kind
+        super().__init__(feed, self._queue, wake, kind)
         self._waiting = NewestMessages(kept)
-        self._next: dict[bytes, int] = {}
-        """The number after the newest message, by publisher."""
-        self.wake = wake
-        self.skipped = 0
 
-    def add(self, received: Received) -> None:
-        """Queue a message, if it is of the reader's type and not one that it has had."""
-        info, known = received.info, self._next
-        number, publisher = info.publication_sequence_number, info.publisher_gid
-        if self._kind and not self._feed.may_publish(info.publisher_node, self._kind):
-            return
-        # A subscription that replaces another one gets latched messages again.
-        if number < known.get(publisher, 0):
-            return
-        known.pop(publisher, None)  # last, so that those that have sent nothing for long are forgotten
-        known[publisher] = number + 1
-        if len(known) > REMEMBERED_PUBLISHERS:
-            del known[next(iter(known))]
+    def _queue(self, received: Received, _: bytes) -> None:
         if not self._waiting:  # otherwise the reader has been woken, and has not come yet
             self.wake()
         self.skipped += self._waiting.add(received)
@@ -138,14 +190,6 @@ class TopicReader:
         self._waiting.clear()
         return taken
 
-    async def accepted(self) -> None:
-        """Wait until the broker has answered the subscription, or cannot be reached.
-
-        Raises:
-            SubscriptionRefusedError: It refuses it.
-        """
-        await self._feed.answer.accepted()
-
     def decode(self, data: bytes, most: int = MAX_BYTES) -> Any:
         """Return a message as an instance of its class, or as a dict. A thread may call it.
 
@@ -159,10 +203,6 @@ class TopicReader:
         if len(data) > most:
             raise InvalidMessageError(f"The message has {len(data)} bytes; those of up to {most} are shown")
         return self._feed.decode(data)
-
-    def close(self) -> None:
-        """Stop reading."""
-        self._feed.remove(self)
 
 
 class TopicFeed:
@@ -181,7 +221,7 @@ class TopicFeed:
         self._observer = observer
         self._topic = topic
         self._unused = unused
-        self._readers: list[TopicReader] = []
+        self._readers: list[TopicListener] = []
         self._decoder: tuple[GraphSnapshot, Callable[[bytes], Any]] | None = None
         """Decodes messages, by the types of this graph."""
         self._types: dict[str, set[str]] | None = None
@@ -204,15 +244,23 @@ class TopicFeed:
         )
         self._lost = 0
 
-    def add(self, kept: int, wake: Callable[[], None], kind: str) -> TopicReader:
-        """Return a new reader."""
-        reader = TopicReader(self, kept, wake, kind)
+    @property
+    def is_latched(self) -> bool:
+        """Whether all publishers keep messages for late joiners."""
+        return self._latched is not None
+
+    @property
+    def refusal(self) -> str:
+        """Why the broker refuses the subscription; "" if it does not."""
+        return self._subscription.refusal
+
+    def add(self, reader: TopicListener) -> None:
+        """Add a reader."""
         self._readers.append(reader)
         for received in self._latched or ():
             reader.add(received)
-        return reader
 
-    def remove(self, reader: TopicReader) -> None:
+    def remove(self, reader: TopicListener) -> None:
         """Remove a reader; without any the subscription ends."""
         if reader not in self._readers:
             return
@@ -286,10 +334,39 @@ class TopicFeeds:
             InvalidTopicNameError: The name breaks the rules.
             TooManyTopicsError: `MAX_TOPICS` are read already.
         """
+        feed = self._feed(topic)
+        reader = TopicReader(feed, kept, wake, kind)
+        feed.add(reader)
+        return reader
+
+    def listen(
+        self,
+        topic: str,
+        receive: Callable[[Received, bytes], object],
+        refused: Callable[[], None],
+        kind: str = "",
+    ) -> TopicListener:
+        """Begin to hand a topic's messages to a function, latched ones that are known at once.
+
+        Args:
+            topic: Its full name; it need not exist yet.
+            receive: See `TopicListener`; called for the first time before this returns.
+            refused: Called when the broker has refused the subscription.
+            kind: As for `read`.
+
+        Raises:
+            InvalidTopicNameError, TooManyTopicsError: As for `read`.
+        """
+        feed = self._feed(topic)
+        listener = TopicListener(feed, receive, refused, kind)
+        feed.add(listener)
+        return listener
+
+    def _feed(self, topic: str) -> TopicFeed:
         feed = self._feeds.get(topic)
         if feed is None:
             if len(self._feeds) >= MAX_TOPICS:
                 raise TooManyTopicsError(f"{MAX_TOPICS} topics are being read already; close one")
             feed = TopicFeed(self._observer, topic, partial(self._feeds.__delitem__, topic))
             self._feeds[topic] = feed
-        return feed.add(kept, wake, kind)
+        return feed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.tools.graph_types import GraphTypes
 from actors.web.calls import Calls
@@ -15,7 +15,11 @@ from actors.web.probes import RoundTrips
 from actors.web.topic_feed import TopicFeeds
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.web.observer import Observer
+
+T = TypeVar("T")
 
 
 class Workspace:
@@ -50,6 +54,18 @@ class Workspace:
         self.goals = Goals(observer, self.types)
         self.metrics = Metrics()
         self.round_trips = RoundTrips(observer.node, self.metrics.round_trips)
+        self._shared: dict[Callable[[Workspace], Any], Any] = {}
+
+    def shared(self, make: Callable[[Workspace], T]) -> T:
+        """Return what all clients of a live tool have in common, of this user.
+
+        Args:
+            make: Returns it; called for the first client.
+        """
+        if make not in self._shared:
+            self._shared[make] = make(self)
+        found: T = self._shared[make]
+        return found
 
     async def close(self) -> None:
         """End goals, images and round trips that are under way."""

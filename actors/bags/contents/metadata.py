@@ -18,10 +18,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any, Final, cast
 
-from actors.bags.contents.definitions import full_type_name
 from actors.bags.contents.qos_lists import qos_list, qos_profiles
 from actors.bags.contents.records import BagMetadata, BagTopic, FileSummary, TopicCount
 from actors.bags.errors import InvalidBagError
+from actors.interfaces.definition_texts import full_type_name
 from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
 from actors.interfaces.yaml_writer import block_text
 

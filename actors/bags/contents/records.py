@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from actors.bags.contents.definitions import ROS2MSG, class_of_definition, definition_text, has_stated_hash
 from actors.interfaces import cdr
+from actors.interfaces.definition_texts import ROS2MSG, class_of_definition, definition_text, has_stated_hash
 from actors.interfaces.message import type_hash, type_name
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from actors.bags.contents.definitions import canonical_definition, definition_text, has_stated_hash
 from actors.bags.contents.records import CDR
+from actors.interfaces.definition_texts import canonical_definition, definition_text, has_stated_hash
 from proto.errors import CallboardError
 from proto.wire.type_hash import hash_of
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Channel, Footer, Metadata, MetadataIndex, Schema, Statistics
 
-from actors.bags.contents.definitions import full_type_name
 from actors.bags.contents.qos_lists import qos_profiles
 from actors.bags.contents.records import BagTopic
 from actors.bags.errors import InvalidBagError
 from actors.bags.storage.mcap_frames import HEAD, MAGIC, MESSAGE, FileEndsError
+from actors.interfaces.definition_texts import full_type_name
 from actors.interfaces.yaml_reader import YamlError
 
 if TYPE_CHECKING:

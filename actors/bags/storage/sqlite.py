@@ -7,11 +7,11 @@ import sqlite3
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bags.contents.definitions import full_type_name
 from actors.bags.contents.qos_lists import qos_profiles
 from actors.bags.contents.records import BagMessage, BagTopic, TopicCount
 from actors.bags.errors import InvalidBagError
 from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, FileContents, Filter, Order, open_regular
+from actors.interfaces.definition_texts import full_type_name
 from actors.interfaces.yaml_reader import YamlError
 
 if TYPE_CHECKING:

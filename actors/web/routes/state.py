@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from secrets import token_hex
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
@@ -16,11 +17,12 @@ from actors.web.shares import Shares
 from actors.web.workspace import Workspace
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Mapping
     from contextlib import AbstractContextManager
 
     from actors.web.listener import WebListener
     from actors.web.options import WebOptions
+    from actors.web.routes.live_tool import LiveTool
     from actors.web.security import AccessPolicy
     from actors.web.users import Users
 
@@ -35,7 +37,9 @@ class State:
         own: The workspace of the server itself.
         users: Those of the broker; None if they cannot sign in here.
         listener: Has all connections.
-        sockets: The WebSockets of browsers, which the server closes when it stops.
+        tools: The live tools, by path.
+        sockets: The WebSockets of browsers and tools, which the server closes when it stops.
+        session_id: Tells clients whether the server is still the same.
     """
 
     options: WebOptions
@@ -43,7 +47,9 @@ class State:
     own: Workspace
     users: Users | None
     listener: WebListener
+    tools: Mapping[str, LiveTool]
     sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
+    session_id: str = field(default_factory=partial(token_hex, 8))
     _streams: Shares = field(init=False)
     _bodies: Shares = field(init=False)
 
@@ -98,6 +104,17 @@ WORKSPACE: Final = web.RequestKey("WORKSPACE", Workspace)
 def state_of(request: web.Request) -> State:
     """Return the state that all handlers share."""
     return request.app[STATE]
+
+
+def tool_of(request: web.Request) -> LiveTool | None:
+    """Return the live tool whose path a request names; None for the page and its API."""
+    return state_of(request).tools.get(request.path)
+
+
+def control_refusal(request: web.Request) -> str:
+    """Return why a request may not control anything; "" if it may."""
+    refusal = state_of(request).policy.refuses_control(known=request[SHOWS_TOKEN])
+    return "" if refusal is None else refusal.reason
 
 
 def workspace_of(request: web.Request) -> Workspace:

@@ -1,4 +1,4 @@
-"""Definitions of message types in bags: the text of a type, then the texts of all types that it uses.
+"""Definition texts of message types, as bags and live tools have them: a type and all that it contains.
 
     std_msgs/Header header                      `ros2msg`: the text of a .msg file,
     float64 value

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bags.contents.definitions import (
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.catalog import interfaces_of, standard_packages
+from actors.interfaces.definition_texts import (
     ROS2IDL,
     ROS2MSG,
     canonical_definition,
     class_of_definition,
     definition_text,
 )
-from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError, InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts

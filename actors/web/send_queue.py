@@ -1,0 +1,206 @@
+"""Messages that wait for one client of a WebSocket, by channel: a slow client gets the newest. Pure.
+
+Each channel has a queue and its turn, so that a flood on one neither delays nor displaces what others have. A
+queue that is full drops its oldest message. But a latched topic may never say again what it has said, so the
+newest message of each of its publishers is not dropped for other messages.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from typing import TYPE_CHECKING, Final, Generic, NamedTuple, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+K = TypeVar("K", bound="Hashable")
+M = TypeVar("M")
+
+MAX_MESSAGES: Final = 1000
+"""Messages of a channel."""
+
+MAX_CHANNEL_BYTES: Final = 1 << 20
+"""Those of a channel, a second of a slow link; one message may be larger."""
+
+MAX_LATCHED_BYTES: Final = 16 << 20
+"""Those of a channel which are not dropped for others; one message may be larger."""
+
+MAX_CLIENT_BYTES: Final = 64 << 20
+"""Those of all channels, without those which are not dropped for others."""
+
+OVERHEAD_BYTES: Final = 256
+"""Memory that a message takes beside its bytes."""
+
+
+class _Waiting(NamedTuple, Generic[M]):
+    """A message that waits.
+
+    Attributes:
+        message: The message.
+        size: The memory that it takes, in bytes.
+        source: The publisher if the topic is latched; else empty.
+    """
+
+    message: M
+    size: int
+    source: bytes
+
+
+class _Channel(Generic[M]):
+    """The queue of one channel.
+
+    Args:
+        limit: Messages at most.
+
+    Attributes:
+        volatile: Bytes of messages that may be dropped for others.
+    """
+
+    __slots__ = ("_latched", "_limit", "_newest", "_of_source", "_waiting", "volatile")
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._waiting: deque[_Waiting[M]] = deque()
+        self._of_source: Counter[bytes] = Counter()
+        """Messages of each publisher of a latched topic."""
+        self._newest: dict[bytes, int] = {}
+        """The size of the newest of each, the oldest first."""
+        self.volatile = self._latched = 0
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def add(self, waiting: _Waiting[M]) -> int:
+        """Add a message; return how many are dropped for it."""
+        _, size, source = waiting
+        self._waiting.append(waiting)
+        if source:
+            former = self._newest.pop(source, 0)
+            self.volatile += former
+            self._latched += size - former
+            self._newest[source] = size
+            self._of_source[source] += 1
+        else:
+            self.volatile += size
+        dropped = 0
+        while (self.volatile > MAX_CHANNEL_BYTES or len(self) > self._limit) and self.drop(keep_last=True):
+            dropped += 1
+        while len(self) > 1 and (self._latched > MAX_LATCHED_BYTES or len(self) > self._limit):
+            self._remove(0)
+            dropped += 1
+        return dropped
+
+    def pop(self) -> M:
+        """Return the oldest message, which no longer waits."""
+        return self._remove(0)
+
+    def drop(self, *, keep_last: bool) -> bool:
+        """Drop the oldest message that may be dropped; return whether there is one.
+
+        Args:
+            keep_last: Whether the newest may not be, although the topic is not latched.
+        """
+        end = len(self) - keep_last
+        for index, (_, _, source) in enumerate(self._waiting):
+            if index < end and (not source or self._of_source[source] > 1):
+                self._remove(index)
+                return True
+        return False
+
+    def _remove(self, index: int) -> M:
+        message, size, source = self._waiting[index]
+        del self._waiting[index]
+        if source and self._of_source[source] == 1:
+            del self._of_source[source], self._newest[source]
+            self._latched -= size
+            return message
+        if source:
+            self._of_source[source] -= 1
+        self.volatile -= size
+        return message
+
+
+class SendQueue(Generic[K, M]):
+    """What waits for one client.
+
+    Attributes:
+        volatile: Bytes of messages that may be dropped for others.
+        drops: Messages dropped since it was last cleared, by channel.
+    """
+
+    def __init__(self) -> None:
+        self._channels: dict[K, _Channel[M]] = {}
+        self._ready: dict[K, None] = {}
+        """Channels with messages, in the order of their turns."""
+        self.volatile = 0
+        self.drops: Counter[K] = Counter()
+
+    def __bool__(self) -> bool:
+        """Return whether a message waits."""
+        return bool(self._ready)
+
+    def open(self, key: K, limit: int = MAX_MESSAGES) -> None:
+        """Open a channel.
+
+        Args:
+            key: Of the channel, which is not open.
+            limit: Messages that wait at most.
+        """
+        self._channels[key] = _Channel(limit)
+
+    def close(self, key: K) -> None:
+        """Close a channel; its messages no longer wait."""
+        self.volatile -= self._channels.pop(key).volatile
+        self._ready.pop(key, None)
+        del self.drops[key]
+
+    def add(self, key: K, message: M, size: int, source: bytes = b"") -> None:
+        """Queue a message; others are dropped if there are too many.
+
+        Args:
+            key: Of its channel.
+            message: The message.
+            size: Its bytes.
+            source: The publisher if the topic is latched; else empty.
+        """
+        channel = self._channels[key]
+        before = channel.volatile
+        dropped = channel.add(_Waiting(message, size + OVERHEAD_BYTES, source))
+        self.volatile += channel.volatile - before
+        self._ready[key] = None
+        if dropped:
+            self.drops[key] += dropped
+        if self.volatile > MAX_CLIENT_BYTES:
+            self._make_room(key)
+
+    def pop(self) -> tuple[K, M]:
+        """Return the oldest message of the channel whose turn it is, which no longer waits.
+
+        Raises:
+            StopIteration: None waits.
+        """
+        key = next(iter(self._ready))
+        channel = self._channels[key]
+        before = channel.volatile
+        message = channel.pop()
+        self.volatile += channel.volatile - before
+        del self._ready[key]
+        if channel:
+            self._ready[key] = None  # at the end
+        return key, message
+
+    def _make_room(self, added: K) -> None:
+        """Drop messages of the largest channels; the newest of each is dropped after all others."""
+        # An eighth more than needed: sorting costs as much as there are channels.
+        wanted = MAX_CLIENT_BYTES * 7 // 8
+        largest = sorted(self._channels.items(), key=lambda each: each[1].volatile, reverse=True)
+        for keep_last in (True, False):
+            for key, channel in largest:
+                before = channel.volatile
+                while self.volatile + channel.volatile - before > wanted and channel.drop(
+                    keep_last=keep_last or key == added
+                ):
+                    self.drops[key] += 1
+                self.volatile += channel.volatile - before
+                if not channel:
+                    self._ready.pop(key, None)
