@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 from actors.bags.contents.records import BagMessage, TopicCount
 from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, FileContents, Order
 from actors.bags.storage.mcap_frames import HEAD, MAGIC, MESSAGE, McapFrames
-from actors.bags.storage.mcap_summary import SummaryReader
+from actors.bags.storage.mcap_summary import SummaryReader, indexes_by_time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -172,8 +172,7 @@ class McapFile:
                 if channel in numbers and chosen.overlaps(log_time_ns, log_time_ns):
                     times.append(log_time_ns)
                     offsets.append(record.start - HEAD.size)
-        by_time = range(len(times))
-        for index in by_time if order is Order.FILE else sorted(by_time, key=times.__getitem__):
+        for index in range(len(times)) if order is Order.FILE else indexes_by_time(times):
             record = self._frames.record_at(offsets[index])
             if record.length > self._frames.max_chunk_bytes:
                 limit = self._frames.max_chunk_bytes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import struct
 from array import array
 from collections import Counter, defaultdict
@@ -30,6 +31,8 @@ MAX_DEFINITIONS_BYTES: Final = 256 * 1024 * 1024
 """Limit for all schemas, channels and Metadata records of a file together."""
 MAX_INDEX_BYTES: Final = 512 * 1024 * 1024
 """Limit for the chunk indexes of a file: those of about 500,000 chunks."""
+SORTED_AT_ONCE: Final = 1_000_000
+"""Messages that are sorted by time as numbers of Python, some 100 bytes of each."""
 ENDS_EARLY: Final = "its end is missing: its recorder was killed, or the file was truncated"
 _INDEXED: Final = frozenset(
     {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX}
@@ -83,7 +86,7 @@ class Entries(NamedTuple):
         """Return the entries ordered by log time."""
         if all(starmap(le, pairwise(self.times))):
             return self
-        return self._at(sorted(range(len(self.times)), key=self.times.__getitem__))
+        return self._at(indexes_by_time(self.times))
 
     def _at(self, indexes: Iterable[int]) -> Entries:
         found = Entries.empty()
@@ -91,6 +94,22 @@ class Entries(NamedTuple):
             for values, all_values in zip(found, self, strict=True):
                 values.append(all_values[index])
         return found
+
+
+def indexes_by_time(times: array[int]) -> Iterable[int]:
+    """Return the places of times in their order; equal ones as they are.
+
+    They are sorted in parts: a chunk can have millions, and Python's numbers take ten times their memory.
+
+    Args:
+        times: The times.
+    """
+    key, count = times.__getitem__, len(times)
+    parts = [
+        array("Q", sorted(range(start, min(start + SORTED_AT_ONCE, count)), key=key))
+        for start in range(0, count, SORTED_AT_ONCE)
+    ]
+    return parts[0] if len(parts) == 1 else heapq.merge(*parts, key=key)
 
 
 @dataclass

@@ -12,7 +12,7 @@ from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as ForeignWriter
 
 from actors.bags import BagNotFoundError, BagTopic, InvalidBagError, Reader, Writer
-from actors.bags.storage import mcap_reader
+from actors.bags.storage import mcap_reader, mcap_summary
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.bags.bags import CHATTER, COUNT, START_NS, text, write_bag
 
@@ -95,8 +95,11 @@ def test_files_that_overlap_are_merged(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("chunk_size", [1, 100, 100_000])
-def test_unsorted_files_are_read_by_time(tmp_path: Path, chunk_size: int) -> None:
+def test_unsorted_files_are_read_by_time(
+    tmp_path: Path, chunk_size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In files whose times go back, within chunks and between them, messages come by log time."""
+    monkeypatch.setattr(mcap_summary, "SORTED_AT_ONCE", 7)
     times = [(index * 7) % 50 for index in range(50)]
     path = foreign_file(tmp_path / "a.mcap", times, chunk_size=chunk_size)
     with Reader(path) as bag:
@@ -133,7 +136,7 @@ def test_foreign_files_of_each_form_are_read(tmp_path: Path, options: dict[str, 
 
 @pytest.mark.parametrize("compression", ["none", "zstd", "lz4"])
 def test_a_file_cut_anywhere_has_its_whole_chunks(tmp_path: Path, compression: str) -> None:
-    """Cut at each place, a file gives the messages of its whole chunks, in order, and a problem."""
+    """Case 94: cut at each place, a file gives the messages of its whole chunks, in order, and a problem."""
     path = write_bag(tmp_path / "bag", compression=compression)
     whole = path.read_bytes()
     with Reader(path) as bag:
@@ -166,7 +169,7 @@ def test_changed_bytes_are_found_by_name_and_place(tmp_path: Path) -> None:
 
 
 def test_every_changed_byte_is_an_error_or_harmless(tmp_path: Path) -> None:
-    """Whatever byte is changed, reading raises nothing but InvalidBagError, and takes no large memory."""
+    """Case 94: whatever byte is changed, reading raises only InvalidBagError, and takes no large memory."""
     path = write_bag(tmp_path / "bag", 6)
     whole = path.read_bytes()
     for place in range(0, len(whole), 7):
@@ -183,7 +186,7 @@ def test_every_changed_byte_is_an_error_or_harmless(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 def test_a_chunk_beyond_the_limit_is_refused(tmp_path: Path, compression: str) -> None:
-    """A chunk that states, or has, more bytes than allowed is refused before they are made."""
+    """Case 93: a chunk that states, or has, more bytes than allowed is refused before they are made."""
     with Writer(tmp_path / "bag", compression=compression) as writer:
         chatter = writer.add_topic(CHATTER)
         writer.write(chatter, text("x" * 100_000), START_NS, START_NS)
