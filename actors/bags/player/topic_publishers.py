@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bags.player.playing_qos import playing_qos
@@ -48,36 +49,35 @@ class TopicPublishers:
         self._clock: Publisher[Clock] | None = None
         for problem in source.problems:
             self._log.warning(problem)
+        by_name: defaultdict[str, list[PlayedTopic]] = defaultdict(list)
         for topic in source.topics:
-            self._create(topic)
+            by_name[options.remappings.get(topic.name, topic.name)].append(topic)
+        for name, topics in by_name.items():
+            self._create(name, topics)
         if options.publishes_clock:
             self._clock = node.create_publisher(Clock, CLOCK_TOPIC, CLOCK_QOS)
 
-    def _create(self, topic: PlayedTopic) -> None:
-        """Create the publisher of a topic, or report why the topic is not played."""
-        name = self._name_of(topic)
-        found = self._publishers.get(name)
-        if found is None:
-            merged = [each for each in self._source.topics if self._name_of(each) == name]
-            qos = self._options.qos_overrides.get(topic.name) or playing_qos(
-                qos for each in merged for qos in each.bag_topic.qos_profiles
-            )
-            try:
-                found = self._node.create_publisher(topic.msg_type, name, qos)
-            except (CallboardError, TypeError, ValueError) as error:
-                self._report(f"'{escape(topic.name)}' is not played: {error}")
-                return
-            self._publishers[name] = found
-        elif found.msg_type is not topic.msg_type:
-            self._report(
-                f"A part of '{escape(topic.name)}' is not played: it has the type"
-                f" {escape(topic.bag_topic.type_name)}, unlike the rest, and a topic has one type"
-            )
-            return
-        topic.publisher = found
-
-    def _name_of(self, topic: PlayedTopic) -> str:
-        return self._options.remappings.get(topic.name, topic.name)
+    def _create(self, name: str, topics: list[PlayedTopic]) -> None:
+        """Create the publisher of the topics that are played on a name, or report why some are not played."""
+        found: Publisher[Any] | None = None
+        for topic in topics:
+            if found is None:
+                qos = self._options.qos_overrides.get(topic.name) or playing_qos(
+                    qos for each in topics for qos in each.bag_topic.qos_profiles
+                )
+                try:
+                    found = self._node.create_publisher(topic.msg_type, name, qos)
+                except (CallboardError, TypeError, ValueError) as error:
+                    self._report(f"'{escape(topic.name)}' is not played: {error}")
+                    continue
+                self._publishers[name] = found
+            elif found.msg_type is not topic.msg_type:
+                self._report(
+                    f"A part of '{escape(topic.name)}' is not played: it has the type"
+                    f" {escape(topic.bag_topic.type_name)}, unlike the rest, and a topic has one type"
+                )
+                continue
+            topic.publisher = found
 
     def _report(self, problem: str) -> None:
         self._source.problems.append(problem)
