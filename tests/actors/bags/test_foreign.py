@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader as RosbagsReader
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from actors.bags import BagTopic, InvalidBagError, Reader, Writer
+from actors.bags import BagTopic, InvalidBagError, Player, Reader, Writer
 from actors.bags.contents.qos_lists import qos_text
 from actors.bags.operations.convert import convert
 from actors.interfaces import cdr
@@ -31,14 +31,18 @@ from actors.interfaces.registry import find_interface
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
 from tests.actors.bags.bags import START_NS, text
+from tests.actors.meeting import until
 from tests.interfaces.random_messages import random_message, values_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from rosbags.typesys.store import Typestore
 
+    from actors import MessageInfo
     from actors.interfaces.message import Message
+    from tests.actors.meeting import Meeting
 
 PROFILE = QoSProfile(depth=7, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 FOREVER = QosTime(9223372036, 854775807)
@@ -77,30 +81,67 @@ def same(ours: Any, theirs: Any) -> bool:
     return bool(ours == theirs)
 
 
-def test_all_standard_types_are_read_by_other_libraries(tmp_path: Path) -> None:
-    """rosbags and mcap-ros2-support read every field of a random message of each standard type."""
+def rewritten_by_mcap_ros2(source: Path, messages: Sequence[Message], target: Path) -> Path:
+    """Let mcap-ros2-support decode the messages of a file, compare, and let it encode them into another."""
+    with source.open("rb") as opened, target.open("wb") as file:
+        writer = McapRos2Writer(file)
+        decoded = make_reader(opened, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+        for ours, (schema, channel, message, theirs) in zip(messages, decoded, strict=True):
+            assert same(values_of(ours), theirs), schema
+            assert schema is not None
+            own = writer.register_msgdef(schema.name, schema.data.decode())
+            writer.write_message(channel.topic, own, theirs, message.log_time, message.publish_time)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return target
+
+
+def rewritten_by_rosbags(source: Path, messages: Sequence[Message], target: Path) -> Path:
+    """Let rosbags do so with folders."""
+    store = get_typestore(Stores.EMPTY)
+    with RosbagsReader(source.parent) as reader, RosbagsWriter(target, version=9) as writer:
+        assert len(reader.connections) == len(messages)
+        for index, (connection, timestamp, data) in enumerate(reader.messages()):
+            name = connection.msgtype
+            assert timestamp == START_NS + index
+            assert connection.ext.offered_qos_profiles == [FOREIGN_PROFILE]  # type: ignore[union-attr]
+            add_types(store, connection.msgdef.data, name)
+            theirs = store.deserialize_cdr(data, name)
+            assert same(values_of(messages[index]), theirs), name
+            own = writer.add_connection(connection.topic, name, typestore=store)
+            writer.write(own, timestamp, store.serialize_cdr(theirs, name))
+    return target
+
+
+async def test_all_standard_types_are_exchanged_with_other_libraries(
+    meeting: Meeting, tmp_path: Path
+) -> None:
+    """rosbags and mcap-ros2-support read each type; what they write of it is played, field by field."""
     chance = random.Random(37)
-    types = message_types()
-    assert len(types) > 190
-    messages = [random_message(cls, chance) for cls in types]
+    messages = [random_message(cls, chance) for cls in message_types()]
+    assert len(messages) > 190
     with Writer(tmp_path / "bag", compression="zstd") as bag:
         for index, message in enumerate(messages):
             topic = BagTopic.of_class(f"/topic{index}", type(message), [PROFILE])
-            bag.write(bag.add_topic(topic), cdr.encode(message), START_NS + index, START_NS)
-    expected = [values_of(message) for message in messages]
-    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
-        decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
-        for values, (schema, _, _, theirs) in zip(expected, decoded, strict=True):
-            assert same(values, theirs), schema
-    store = get_typestore(Stores.EMPTY)
-    with RosbagsReader(tmp_path / "bag") as reader:
-        assert len(reader.connections) == len(messages)
-        for index, (connection, timestamp, data) in enumerate(reader.messages()):
-            assert timestamp == START_NS + index
-            assert connection.ext.offered_qos_profiles == [FOREIGN_PROFILE]  # type: ignore[union-attr]
-            add_types(store, connection.msgdef.data, connection.msgtype)
-            theirs = store.deserialize_cdr(data, connection.msgtype)
-            assert same(expected[index], theirs), connection.msgtype
+            bag.write(bag.add_topic(topic), cdr.encode(message), START_NS + index, START_NS + 2 * index)
+    heard: dict[int, tuple[bytes, int]] = {}
+    node = await meeting.node("listener")
+    for index, message in enumerate(messages):
+
+        def keep(found: Message, info: MessageInfo, index: int = index) -> None:
+            heard[index] = cdr.encode(found), info.source_timestamp
+
+        node.create_subscription(type(message), f"/topic{index}", keep, 1)
+    await meeting.settled(node)
+    # Bags of rosbags have no times of publishing.
+    for rewrite, step in ((rewritten_by_mcap_ros2, 2), (rewritten_by_rosbags, 1)):
+        heard.clear()
+        path = rewrite(tmp_path / "bag" / "bag_0.mcap", messages, tmp_path / rewrite.__name__)
+        async with Player(path, url=meeting.url) as playing:
+            await playing.wait()
+            await until(lambda: len(heard) == len(messages))
+            assert (playing.statistics().invalid, playing.statistics().problems) == (0, ())
+        for index, message in enumerate(messages):
+            assert heard[index] == (cdr.encode(message), START_NS + step * index), message
 
 
 def test_other_libraries_read_topics_beside_services_and_actions(tmp_path: Path) -> None:
