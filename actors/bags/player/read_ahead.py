@@ -88,7 +88,7 @@ class ReadAhead:
                 while not self._has_room:
                     self._room.clear()
                     await self._room.wait()
-        except (CallboardError, OSError) as error:
+        except Exception as error:  # noqa: BLE001 - `first` raises it: the player would wait for ever otherwise
             self._error, self.is_ended = error, True
             self._on_changed()
 

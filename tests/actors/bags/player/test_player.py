@@ -8,6 +8,7 @@ import pytest
 
 from actors.bags import BagTopic, Order, Player, PlayerOptions, Reader, Recorder, Selection, Writer
 from actors.bags.errors import BagError, BagNotFoundError, InvalidBagOptionError
+from actors.bags.player.bag_source import BagSource
 from actors.bags.player.player import EVERYTHING
 from actors.interfaces import cdr
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
@@ -366,6 +367,21 @@ async def test_damage_ends_a_burst(meeting: Meeting, tmp_path: Path) -> None:
         assert (found.published, found.is_playing) == (count, False)
         assert 160 <= count < 200
         assert await playing.burst() == 0
+
+
+async def test_a_bug_while_reading_ends_the_playing(
+    meeting: Meeting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`wait` raises whatever error the reading thread has, rather than wait for messages for ever."""
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(BagSource, "messages", broken)
+    write_bag(tmp_path / "trip")
+    async with player(meeting, tmp_path / "trip") as playing:
+        with pytest.raises(ZeroDivisionError):
+            await playing.wait()
 
 
 async def test_bags_that_are_none(meeting: Meeting, tmp_path: Path) -> None:
