@@ -28,6 +28,7 @@ from actors.bags.errors import BagExistsError, InvalidBagOptionError, write_erro
 from actors.bags.extra import require_extra
 from actors.interfaces.yaml_writer import block_text
 from actors.qos.profile import DurabilityPolicy
+from actors.time.types import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping
@@ -42,7 +43,6 @@ MIN_BAG_SIZE: Final = 1024
 MAX_LATCHED: Final = 10_000
 MAX_LATCHED_BYTES: Final = 64 * 1024 * 1024
 """Limits for the latched messages, and their bytes, that each file repeats at its start: the newest."""
-_NS: Final = 1_000_000_000
 
 
 class _Latched:
@@ -121,7 +121,7 @@ class Writer:
         check_file_limits(max_bag_size, max_bag_duration_sec, max_splits)
         self.path = Path(path)
         self._max_bytes = max_bag_size
-        self._max_ns = round(max_bag_duration_sec * _NS)
+        self._max_ns = round(max_bag_duration_sec * NANOSECONDS_PER_SECOND)
         self._max_splits = max_splits
         self._options: dict[str, Any] = {"compression": compression, "fsync": fsync}
         if chunk_size is not None:

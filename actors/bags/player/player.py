@@ -10,6 +10,7 @@ A thread reads and converts messages (`read_ahead.py`). The event loop waits unt
 from __future__ import annotations
 
 import asyncio
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,6 @@ from actors.bags.player.services import PlayerServices
 from actors.bags.player.topic_publishers import CLOCK_TOPIC, TopicPublishers
 from actors.bags.selection import Selection
 from actors.bags.supervised_tasks import SupervisedTasks
-from actors.endpoints.publisher.publisher import MAX_STAMP_NS
 from actors.logging.limited_lines import LimitedLines
 from actors.node.node import Node
 from proto.untrusted_text import escape
@@ -308,7 +308,7 @@ class Player:
                 return 0
             self._stepped = 0
             self._burst = asyncio.get_running_loop().create_future()
-            self._schedule.step(count or MAX_STAMP_NS)
+            self._schedule.step(count or sys.maxsize)
             self._changed.set()
             try:
                 return await self._burst

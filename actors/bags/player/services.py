@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from actors.bags.errors import InvalidBagOptionError
 from actors.bags.pause_services import Pausable, PauseServices
+from actors.bags.player.schedule import NS_PER_SEC
 from actors.interfaces.rosbag2_interfaces.srv import Burst, GetRate, Play, PlayNext, Seek, SetRate
 
 if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Duration, Time
     from actors.node.node import Node
-
-_NS_PER_SEC: Final = 10**9
 
 
 class Controlled(Pausable, Protocol):
@@ -82,4 +81,4 @@ class PlayerServices:
 
 
 def _ns(moment: Time | Duration) -> int:
-    return moment.sec * _NS_PER_SEC + moment.nanosec
+    return moment.sec * NS_PER_SEC + moment.nanosec

@@ -168,9 +168,8 @@ class TopicFollower:
             return
         self._warned.add(name)
         if self._lines.admits("topics that are not recorded"):
-            what = f"Topic '{name}' is not recorded: " if name and name not in self.sources else ""
-            where = f"Topic '{name}': " if name in self.sources else what
-            self._log.warning(peer_text(f"{where}{reason}"))
+            where = f"Topic '{name}': " if name in self.sources else f"Topic '{name}' is not recorded: "
+            self._log.warning(peer_text(f"{where if name else ''}{reason}"))
 
     def close(self) -> None:
         """Destroy all subscriptions."""
