@@ -4,7 +4,7 @@
         await recorder.wait()
 
 Only the thread of `writer_thread.py`, which converts and writes messages, waits for the disk. On the event
-loop, `topic_follower.py` subscribes, and `intake.py` takes messages and counts them.
+loop, `topic_follower.py` subscribes, and `message_collector.py` takes messages and counts them.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, Self, Unpack
 
 from actors.bags.errors import BagError
 from actors.bags.recorder.buffers import SnapshotRing
-from actors.bags.recorder.intake import Intake, Source
 from actors.bags.recorder.losses import losses_of
+from actors.bags.recorder.message_collector import MessageCollector, Source
 from actors.bags.recorder.options import MAX_CACHE_SIZE, RecorderOptions
 from actors.bags.recorder.services import RecorderServices
 from actors.bags.recorder.topic_follower import TopicFollower
@@ -135,7 +135,7 @@ class Recorder:
             on_failed=self._tasks.fail,
             on_split=self._report_split,
         )
-        self._intake = Intake(
+        self._collector = MessageCollector(
             self._thread,
             max_bytes=max_bytes,
             lossless=options.lossless,
@@ -210,23 +210,23 @@ class Recorder:
     @property
     def is_paused(self) -> bool:
         """Whether the recorder is paused."""
-        return self._intake.is_paused
+        return self._collector.is_paused
 
     def pause(self) -> None:
         """Discard messages from now on, until `resume`."""
-        if not self._intake.is_paused:
-            self._intake.is_paused = True
+        if not self._collector.is_paused:
+            self._collector.is_paused = True
             self._log.info("Pausing recording")
 
     def resume(self) -> None:
         """Record messages again."""
-        if self._intake.is_paused:
-            self._intake.is_paused = False
+        if self._collector.is_paused:
+            self._collector.is_paused = False
             self._log.info("Resuming recording")
 
     def toggle_paused(self) -> None:
         """Pause, or resume if paused."""
-        if self._intake.is_paused:
+        if self._collector.is_paused:
             self.resume()
         else:
             self.pause()
@@ -237,7 +237,7 @@ class Recorder:
         Raises:
             BagError: The bag cannot be written, or the recording has ended.
         """
-        self._intake.hand_over()
+        self._collector.hand_over()
         await self._thread.split()
 
     async def take_snapshot(self) -> int:
@@ -249,9 +249,9 @@ class Recorder:
         Raises:
             BagError: The recorder is not in snapshot mode, or the bag cannot be written.
         """
-        if self._intake.ring is None:
+        if self._collector.ring is None:
             raise BagError("There are no snapshots without the option snapshot_mode")
-        count = self._intake.write_snapshot()
+        count = self._collector.write_snapshot()
         await self._thread.flush()
         return count
 
@@ -261,7 +261,7 @@ class Recorder:
         Raises:
             BagError: The bag cannot be written, or the recording has ended.
         """
-        self._intake.hand_over()
+        self._collector.hand_over()
         await self._thread.flush()
 
     def statistics(self) -> RecordingStatistics:
@@ -329,7 +329,7 @@ class Recorder:
     async def _check(self) -> None:
         """Log invalid messages; end the recording if no message arrives for `until_no_messages_sec`."""
         loop, limit = asyncio.get_running_loop(), self._options.until_no_messages_sec
-        arrived, since = self._intake.arrived, loop.time()
+        arrived, since = self._collector.arrived, loop.time()
         while True:
             await asyncio.sleep(CHECK_SEC)
             for name, source in self._follower.sources.items():
@@ -337,15 +337,15 @@ class Recorder:
                 if topic.problem and self._lines.admits("messages that cannot be recorded"):
                     self._log.warning(f"A message on '{name}' cannot be recorded: {topic.problem}")
                 topic.problem = ""
-            if arrived != self._intake.arrived:
-                arrived, since = self._intake.arrived, loop.time()
+            if arrived != self._collector.arrived:
+                arrived, since = self._collector.arrived, loop.time()
             elif limit and loop.time() - since >= limit:
                 self._log.info(f"No message has arrived for {limit:g} s; stopping")
                 self.stop()
 
     def _begin(self, source: Source) -> None:
         self._thread.add_topic(source.topic)
-        self._intake.begin(source)
+        self._collector.begin(source)
 
     def _report_split(self, closed: str, opened: str) -> None:
         name = self.node.get_fully_qualified_name()
@@ -358,9 +358,9 @@ class Recorder:
         sources = self._follower.sources
         # Also after an error, so that the messages that have arrived are counted.
         for each in list(sources.values()):
-            await self._intake.drain(each)
+            await self._collector.drain(each)
         losses = self._losses_later()
         self._follower.close()
-        self._intake.hand_over()
+        self._collector.hand_over()
         self._lines.close()
         await self._thread.close(losses)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bags.recorder.intake import Source
+from actors.bags.recorder.message_collector import Source
 from actors.bags.recorder.recorded_topic import RecordedTopic
 from actors.bags.recorder.recording_qos import recording_qos, unheard
 from actors.bags.selection import TopicState

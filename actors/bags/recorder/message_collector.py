@@ -46,7 +46,7 @@ class Source:
         )
 
 
-class Intake:
+class MessageCollector:
     """Takes messages, and hands those of each turn of the loop to the writer thread at once.
 
     Args:
