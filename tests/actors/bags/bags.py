@@ -26,7 +26,7 @@ def number(value: int) -> bytes:
 
 
 def write_bag(folder: Path, count: int = 20, *, chunk_size: int = 300, compression: str = "none") -> Path:
-    """Write a bag with messages in turn on two topics, a nanosecond apart; return its only file."""
+    """Write a bag with messages on two topics alternately, a nanosecond apart; return its only file."""
     with Writer(folder, chunk_size=chunk_size, compression=compression) as bag:
         chatter, counter = bag.add_topic(CHATTER), bag.add_topic(COUNT)
         for index in range(0, count, 2):

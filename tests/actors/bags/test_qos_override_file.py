@@ -18,7 +18,7 @@ from actors.time.types import Duration
 
 
 def test_overrides() -> None:
-    """A file names topics with rclpy's policies; what it leaves out has the profile's default."""
+    """A file gives policies by topic, by their names in rclpy; others have the default of the profile."""
     found = read_overrides(
         b"""
 /imu:
@@ -62,12 +62,12 @@ def test_overrides() -> None:
     ],
 )
 def test_wrong_overrides(text: str, error: str) -> None:
-    """The error names the topic, the policy and what it may be."""
+    """The error names the topic, the policy and the allowed values."""
     with pytest.raises(InvalidBagOptionError, match=error):
         read_overrides(text.encode())
 
 
 def test_overrides_that_are_no_yaml() -> None:
-    """The reader's error has the line."""
+    """The error of the YAML reader names the line."""
     with pytest.raises(YamlError):
         read_overrides(b"/imu: {")

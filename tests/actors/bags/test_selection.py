@@ -1,4 +1,4 @@
-"""Which topics of a graph are recorded."""
+"""The selection of topics to record or play."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ NOTHING: Final = set[str]()
     ],
 )
 def test_names_types_and_expressions(options: dict[str, Any], selected: set[str]) -> None:
-    """Each option selects what ROS 2's recorder would; services and actions are compared by their names."""
+    """Each option selects as in ROS 2's recorder; services and actions match by their own names."""
     selection = Selection(**options)
     assert {name for name, type_name in GRAPH.items() if selection.selects_name(name, type_name)} == selected
 
@@ -82,7 +82,7 @@ def state(
 
 
 def test_topics_without_publishers_or_subscriptions() -> None:
-    """Unpublished topics are recorded if asked for, and those that nobody reads unless they are ignored."""
+    """An option includes topics without publishers, and another one excludes topics without subscriptions."""
     selection = Selection(all_topics=True)
     assert selection.selects(state())
     assert selection.selects(state(subscriptions=0))
@@ -98,7 +98,7 @@ def test_topics_of_no_or_several_types_are_not_recorded(types: frozenset[str]) -
 
 
 def test_topics_that_are_awaited() -> None:
-    """Named topics are recorded whenever they appear, unless something may exclude them."""
+    """Named topics are awaited, unless an option may exclude them."""
     selection = Selection(topics=["/a", "/b", "/_c", "/x/_action/status"], exclude_topics=["/b"], regex="d")
     assert selection.awaited_topics == {"/a"}
     assert not Selection(topics=["/a"], exclude_topic_types=[IMU]).awaited_topics
@@ -114,6 +114,6 @@ def test_topics_that_are_awaited() -> None:
     ],
 )
 def test_what_cannot_be_a_selection(options: dict[str, Any], text: str) -> None:
-    """The error says what is wrong."""
+    """The error says what is wrong with it."""
     with pytest.raises(InvalidBagOptionError, match=text):
         Selection(**options)

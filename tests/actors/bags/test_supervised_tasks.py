@@ -21,7 +21,7 @@ def supervised(on_failed: Callable[[], object] | None = None) -> SupervisedTasks
 
 
 async def failing(error: Exception) -> None:
-    """Fail."""
+    """Raise an error."""
     raise error
 
 
@@ -38,7 +38,7 @@ async def test_the_first_error_is_raised_once() -> None:
 
 
 async def test_leaving_raises_an_error_that_nobody_has_seen() -> None:
-    """Unless something else is raised already."""
+    """`raise_error` raises it if `wait` has not."""
     tasks = supervised()
     tasks.fail(BagError("damaged"))
     with pytest.raises(BagError, match="damaged"):
@@ -46,7 +46,7 @@ async def test_leaving_raises_an_error_that_nobody_has_seen() -> None:
 
 
 async def test_an_error_does_not_replace_another(caplog: pytest.LogCaptureFixture) -> None:
-    """It is logged if the context is left because of something else."""
+    """If another exception is being raised, the error is logged instead."""
     tasks = supervised()
     tasks.fail(BagError("the disk is full"))
     tasks.raise_error(is_failing=True)

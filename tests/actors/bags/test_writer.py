@@ -1,4 +1,4 @@
-"""Bags that are written: splits, latched values, losses, a full disk; read back by the library `mcap`."""
+"""Written bags: splits, latched values, losses, a full disk. The library `mcap` reads them back."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def metadata_of(folder: Path) -> BagMetadata:
 
 
 def test_messages_keep_their_bytes_times_and_numbers(tmp_path: Path) -> None:
-    """A message has the data, times and sequence number with which it was written."""
+    """A message is read back with its data, times and sequence number."""
     with Writer(tmp_path / "bag") as bag:
         chatter = bag.add_topic(CHATTER)
         assert bag.add_topic(CHATTER) == chatter
@@ -50,7 +50,7 @@ def test_messages_keep_their_bytes_times_and_numbers(tmp_path: Path) -> None:
 
 
 def test_log_time_never_goes_back(tmp_path: Path) -> None:
-    """A message with an earlier log time than the one before has the time of that one, and is counted."""
+    """A message with an earlier log time than the preceding one gets its time, and is counted."""
     with Writer(tmp_path / "bag") as bag:
         chatter = bag.add_topic(CHATTER)
         for log_time in (5, 3, 6):
@@ -61,7 +61,7 @@ def test_log_time_never_goes_back(tmp_path: Path) -> None:
 
 
 def test_flushed_messages_can_be_read_before_the_bag_is_closed(tmp_path: Path) -> None:
-    """What was flushed is in the file, with its schemas and channels, without any summary."""
+    """Flushed messages can be read, with their schemas and channels, although there is no summary."""
     bag = Writer(tmp_path / "bag")
     chatter = bag.add_topic(CHATTER)
     bag.write(chatter, text("a"), START_NS, START_NS)
@@ -75,7 +75,7 @@ def test_flushed_messages_can_be_read_before_the_bag_is_closed(tmp_path: Path) -
 
 
 def test_same_topic_of_two_types_is_two_channels(tmp_path: Path) -> None:
-    """A name with a second type gets a channel and a schema of its own."""
+    """A topic with a second type has a second channel and schema."""
     with Writer(tmp_path / "bag") as bag:
         first, second = bag.add_topic(CHATTER), bag.add_topic(BagTopic.of_class("/chatter", Int32))
         bag.write(first, text("a"), START_NS, START_NS)
@@ -88,7 +88,7 @@ def test_same_topic_of_two_types_is_two_channels(tmp_path: Path) -> None:
 
 
 def test_split_repeats_the_newest_latched_value_of_each_publisher(tmp_path: Path) -> None:
-    """Each file begins with the latched values, with their publish times; others are not repeated."""
+    """Each file starts with the latched messages, with their publish times; others are not repeated."""
     with Writer(tmp_path / "bag") as bag:
         chatter, chart = bag.add_topic(CHATTER), bag.add_topic(MAP)
         bag.write(chart, number(1), START_NS, START_NS, latched_key="a")
@@ -107,7 +107,7 @@ def test_split_repeats_the_newest_latched_value_of_each_publisher(tmp_path: Path
 
 
 def test_split_by_size_and_by_duration(tmp_path: Path) -> None:
-    """A file ends when it has the size, or spans the time; metadata.yaml has all files and counts."""
+    """A new file starts at the maximal size or duration; metadata.yaml lists all files and counts."""
     with Writer(tmp_path / "size", max_bag_size=5000) as bag:
         chatter = bag.add_topic(CHATTER)
         for index in range(12):
@@ -128,7 +128,7 @@ def test_split_by_size_and_by_duration(tmp_path: Path) -> None:
 
 
 def test_oldest_file_is_deleted_beyond_max_splits(tmp_path: Path) -> None:
-    """Of more files than `max_splits`, the newest remain, and metadata.yaml counts what remains."""
+    """The newest `max_splits` files remain, and metadata.yaml counts only their messages."""
     with Writer(tmp_path / "bag", max_splits=2) as bag:
         chatter = bag.add_topic(CHATTER)
         for index in range(4):
@@ -144,7 +144,7 @@ def test_oldest_file_is_deleted_beyond_max_splits(tmp_path: Path) -> None:
 
 
 def test_losses_and_custom_data_are_in_the_metadata(tmp_path: Path) -> None:
-    """metadata.yaml has custom data as they are, and the losses; the file has them as well."""
+    """metadata.yaml has the custom data and the losses; the MCAP file has the losses as well."""
     with Writer(tmp_path / "bag", custom_data={"robot": "1e3", "note": ""}) as bag:
         bag.add_topic(CHATTER)
         bag.set_losses({"/chatter": 3, "/map": 0})
@@ -159,7 +159,7 @@ def test_losses_and_custom_data_are_in_the_metadata(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("compression", ["none", "zstd", "lz4"])
 def test_chunks_can_be_compressed(tmp_path: Path, compression: str) -> None:
-    """Chunks of each compression are read with their checksums verified."""
+    """The library reads chunks of each compression, and verifies their checksums."""
     with Writer(tmp_path / "bag", compression=compression) as bag:
         chatter = bag.add_topic(CHATTER)
         for index in range(100):
@@ -175,7 +175,7 @@ def test_chunks_can_be_compressed(tmp_path: Path, compression: str) -> None:
 
 
 def test_a_split_that_fails_ends_the_bag_once(tmp_path: Path) -> None:
-    """The message for which there is no file is counted, and closing finishes no file a second time."""
+    """The message that needed the file is counted, and closing does not finish the former file again."""
     bag = Writer(tmp_path / "bag", max_bag_size=1024)
     chatter = bag.add_topic(CHATTER)
     bag.write(chatter, text("x" * 2000), START_NS, START_NS)
@@ -189,13 +189,13 @@ def test_a_split_that_fails_ends_the_bag_once(tmp_path: Path) -> None:
 
 
 def test_existing_path_is_refused(tmp_path: Path) -> None:
-    """A bag never replaces anything."""
+    """A writer never replaces an existing path."""
     with pytest.raises(BagExistsError, match="choose another path"):
         Writer(tmp_path)
 
 
 def test_wrong_limits_are_refused(tmp_path: Path) -> None:
-    """A size below the least one, a negative limit and an unknown compression are ValueErrors."""
+    """Too small a size, a negative limit and an unknown compression are ValueErrors."""
     with pytest.raises(ValueError, match="at least 1024"):
         Writer(tmp_path / "bag", max_bag_size=10)
     with pytest.raises(ValueError, match="negative"):
@@ -206,7 +206,7 @@ def test_wrong_limits_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("limit", range(40_000, 45_000, 600))
 def test_full_disk_leaves_a_bag_with_what_fitted(tmp_path: Path, limit: int) -> None:
-    """Case 42: a full disk is a BagFullError; the bag has a summary, and says what was lost."""
+    """Case 42: a full disk raises BagFullError; the bag has a summary, and states the lost messages."""
     resource = pytest.importorskip("resource")
     signal = pytest.importorskip("signal")
     bag = Writer(tmp_path / "bag", chunk_size=4096)

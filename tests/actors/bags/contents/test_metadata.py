@@ -1,4 +1,4 @@
-"""metadata.yaml: what is written, what is read of each version, and what is refused."""
+"""metadata.yaml: writing it, reading each version, and refusing invalid ones."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ METADATA = BagMetadata(
 
 
 def document(version: int) -> dict[str, Any]:
-    """Return a metadata.yaml with what rosbag2's parser reads of a version, and nothing else."""
+    """Return a metadata.yaml with the fields that rosbag2's parser reads in a version, and no others."""
     topic: dict[str, Any] = {"name": "/a", "type": "std_msgs/msg/String", "serialization_format": "cdr"}
     fields: dict[str, Any] = {
         "version": version,
@@ -90,12 +90,12 @@ def parsed(document: Any) -> BagMetadata:
 
 
 def test_what_is_written_is_read_back() -> None:
-    """Every value of a version 9 survives, also texts that look like something else."""
+    """Every value of version 9 is read back, also strings that look like numbers or booleans."""
     assert parse_metadata(metadata_text(METADATA), "metadata.yaml") == METADATA
 
 
 def test_ros_reads_what_is_written() -> None:
-    """A YAML 1.2 reader, as rosbags has it, sees the same texts and numbers."""
+    """A YAML 1.2 reader, as in rosbags, reads the same strings and numbers."""
     fields: Any = YAML(typ="safe").load(metadata_text(METADATA))["rosbag2_bagfile_information"]
     assert fields["custom_data"] == METADATA.custom_data
     assert fields["starting_time"] == {"nanoseconds_since_epoch": START_NS}
@@ -107,7 +107,7 @@ def test_ros_reads_what_is_written() -> None:
 
 @pytest.mark.parametrize("version", range(1, 10))
 def test_all_versions_are_read(version: int) -> None:
-    """Each version gives what it has; what came later has its default."""
+    """The fields of each version are read; later ones have their defaults."""
     found = parsed(document(version))
     assert (found.version, found.storage_identifier, found.message_count) == (version, "sqlite3", 3)
     assert (found.start_ns, found.duration_ns) == (START_NS, 10)
@@ -121,7 +121,7 @@ def test_all_versions_are_read(version: int) -> None:
 
 
 def test_files_outside_the_folder_are_never_named() -> None:
-    """Of a path in metadata.yaml only the last name counts."""
+    """Only the last part of a path in metadata.yaml is used."""
     changed = document(9)
     changed["rosbag2_bagfile_information"]["relative_file_paths"] = ["../../etc/passwd", "C:\\bags\\b.mcap"]
     assert [each.path for each in parsed(changed).files] == ["passwd", "b.mcap"]
@@ -144,7 +144,7 @@ def test_files_outside_the_folder_are_never_named() -> None:
     ],
 )
 def test_wrong_values_are_refused(name: str, value: Any, reason: str) -> None:
-    """A value of another kind is an InvalidBagError that names file and place."""
+    """A value of a wrong kind raises an InvalidBagError that names file and place."""
     changed = document(9)
     changed["rosbag2_bagfile_information"][name] = value
     with pytest.raises(InvalidBagError, match=f"^metadata.yaml: .*{reason}"):
@@ -152,7 +152,7 @@ def test_wrong_values_are_refused(name: str, value: Any, reason: str) -> None:
 
 
 def test_no_prefix_of_a_document_raises_anything_else() -> None:
-    """A file that is cut anywhere gives an InvalidBagError, or is whole without its end."""
+    """A file truncated anywhere raises InvalidBagError, unless the rest is complete by itself."""
     text = block_text(document(9))
     for end in range(0, len(text), 3):
         with suppress(InvalidBagError):
@@ -163,13 +163,13 @@ def test_no_prefix_of_a_document_raises_anything_else() -> None:
     "text", ["", "[]", "a: b", "- {", "&a [*a]", "a: !!python/object/apply:os.system ['x']"]
 )
 def test_other_yaml_is_refused(text: str) -> None:
-    """Other documents are InvalidBagErrors; tags are never followed."""
+    """Other documents raise InvalidBagError; YAML tags are never resolved."""
     with pytest.raises(InvalidBagError):
         parse_metadata(text, "metadata.yaml")
 
 
 def test_qos_of_each_version_is_the_same() -> None:
-    """Words and numbers of all policies are read as they were written."""
+    """All policies are read back, written as words and as numbers."""
     policies = itertools.product(HistoryPolicy, ReliabilityPolicy, DurabilityPolicy, LivelinessPolicy)
     profiles = tuple(
         QoSProfile(
@@ -182,7 +182,7 @@ def test_qos_of_each_version_is_the_same() -> None:
 
 
 def test_infinite_times_of_each_middleware_are_no_limit() -> None:
-    """ROS 2 Foxy wrote other numbers for no limit: they all mean none. Unknown policies are UNKNOWN."""
+    """The numbers that ROS 2 Foxy wrote for "no limit" are read as such; unknown policies become UNKNOWN."""
     for sec, nsec in ((0x7FFFFFFF, 0xFFFFFFFF), (9223372036, 854775807), (0x7FFFFFFF, 0x7FFFFFFF), (0, 0)):
         [profile] = qos_profiles(
             [{"history": 1, "depth": 0, "deadline": {"sec": sec, "nsec": nsec}, "liveliness": 2}]
@@ -196,6 +196,6 @@ def test_infinite_times_of_each_middleware_are_no_limit() -> None:
     "value", ["{", "x", "[x]", [1], [{"depth": "x"}], [{"depth": 1, "deadline": {"sec": -1}}]]
 )
 def test_wrong_qos_is_refused(value: Any) -> None:
-    """What is no list of profiles is a YamlError."""
+    """Anything but a list of profiles raises YamlError."""
     with pytest.raises(YamlError):
         qos_profiles(value)

@@ -1,4 +1,4 @@
-"""What the player's publishers offer."""
+"""The QoS that the player's publishers offer."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ OFFERS = [
 
 @pytest.mark.parametrize("offer", OFFERS)
 def test_one_offer_is_offered_again(offer: QoSProfile) -> None:
-    """As it was."""
+    """The recorded profile is offered unchanged."""
     assert playing_qos([offer]) == offer
 
 
 @pytest.mark.parametrize("pair", list(combinations(OFFERS, 2)))
 def test_what_fitted_one_of_them_fits(pair: tuple[QoSProfile, QoSProfile]) -> None:
-    """A subscription that requests what one publisher offered receives."""
+    """A subscription that matched one of the recorded publishers matches the player's."""
     offered = playing_qos(pair)
     for requested in pair:
         assert qos_check_compatible(offered, requested)[0] is not QoSCompatibility.ERROR
 
 
 def test_depths() -> None:
-    """Those of latched topics are added up; a bag can state any depth."""
+    """Depths of latched topics are added up, up to a limit."""
     latched = OFFERS[2]
     assert playing_qos([latched, latched, OFFERS[3]]).depth == 2
     assert playing_qos([OFFERS[0], OFFERS[1]]).depth == 5
@@ -56,5 +56,5 @@ def test_depths() -> None:
 
 
 def test_there_is_no_lifespan() -> None:
-    """Messages with the times of the past would be too old for any."""
+    """Messages keep their publish times, and would have expired."""
     assert playing_qos([QoSProfile(depth=1, lifespan=Duration(seconds=1))]) == QoSProfile(depth=1)

@@ -1,4 +1,4 @@
-"""When the messages of a bag are due, with a clock of the test."""
+"""When the messages of a bag are due, by a clock that the test sets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def schedule(length_sec: float = 100, **options: object) -> Schedule:
 
 @pytest.mark.parametrize("rate", [1.0, 0.3, 2.7])
 def test_an_hour_has_no_drift(rate: float) -> None:
-    """However late the machine wakes up, each message is due at its own time, to the nanosecond."""
+    """However late the loop wakes up, each message is due at its own time, to the nanosecond."""
     late = random.Random(1)
     plan = schedule(3600, rate=rate)
     now_ns = 0
@@ -51,7 +51,7 @@ def test_pauses_and_rates_do_not_add_up() -> None:
 
 
 def test_nothing_is_due_while_paused() -> None:
-    """The time of the bag stands still, and goes on from there."""
+    """The time of the bag stops, and continues from there."""
     plan = schedule(is_paused=True)
     assert plan.wait_ns(START_NS, 5) is None
     assert plan.position_ns(10 * SEC) == START_NS
@@ -63,7 +63,7 @@ def test_nothing_is_due_while_paused() -> None:
 
 
 def test_single_messages_are_due_while_paused() -> None:
-    """The time of the bag follows them; what is left is forgotten when it goes on."""
+    """The time of the bag moves to each message; `resume` cancels the steps that are left."""
     plan = schedule(is_paused=True)
     plan.step(2)
     assert plan.wait_ns(START_NS + SEC, 0) == 0
@@ -83,7 +83,7 @@ def test_single_messages_are_due_while_paused() -> None:
 
 
 def test_the_delay_comes_before_each_pass() -> None:
-    """Also if it is paused meanwhile: what is left of it follows."""
+    """A pause interrupts the delay; its rest follows after `resume`."""
     plan = schedule(10, delay_ns=3 * SEC)
     assert plan.wait_ns(START_NS, SEC) == 2 * SEC
     assert plan.position_ns(SEC) == START_NS
@@ -96,7 +96,7 @@ def test_the_delay_comes_before_each_pass() -> None:
 
 
 def test_passes_follow_each_other_without_drift() -> None:
-    """A pass begins where the one before ended, not when somebody noticed; a long halt is not made up for."""
+    """A pass starts when the preceding one ended, not when the loop noticed, except after a long pause."""
     plan = schedule(10)
     plan.start_again(10 * SEC + 400)
     assert plan.wait_ns(START_NS + SEC, 10 * SEC + 400) == SEC - 400
@@ -118,7 +118,7 @@ def test_passes_follow_each_other_without_drift() -> None:
     ],
 )
 def test_a_part_of_the_bag(options: dict[str, int], begin_sec: int, stop_sec: int) -> None:
-    """An offset, a duration, and a time at which to stop; of these two the later counts, as in ROS 2."""
+    """An offset, a duration and an end time; the later end counts, as in ROS 2."""
     plan = schedule(**options)
     assert plan.begin_ns == START_NS + begin_sec * SEC
     assert plan.stop_ns == START_NS + stop_sec * SEC
@@ -126,7 +126,7 @@ def test_a_part_of_the_bag(options: dict[str, int], begin_sec: int, stop_sec: in
 
 
 def test_seeking() -> None:
-    """The time of the bag is another one at once, paused or not."""
+    """The time of the bag changes at once, paused or not."""
     plan = schedule()
     plan.seek(START_NS + 50 * SEC, SEC)
     assert plan.position_ns(2 * SEC) == START_NS + 51 * SEC
@@ -142,13 +142,13 @@ def test_seeking() -> None:
 
 
 def test_the_position_ends_with_the_bag() -> None:
-    """A clock that shows it does not run on."""
+    """The time of the bag stops at the end."""
     assert schedule().position_ns(1000 * SEC) == START_NS + 100 * SEC
 
 
 @pytest.mark.parametrize("rate", [0, -1, float("nan"), float("inf"), 1e-300, 1e300])
 def test_rates_that_are_none(rate: float) -> None:
-    """At the beginning and later; the rate stays as it was."""
+    """Wrong rates are refused at the start and later, and the rate is unchanged."""
     with pytest.raises(InvalidBagOptionError, match="rate must be from"):
         schedule(rate=rate)
     plan = schedule()

@@ -1,4 +1,4 @@
-"""Reads what a recorder has written, by the library `mcap`, which wrote none of the recorder's code."""
+"""Reads the files of a recorder with the library `mcap`, independently of callboard's reader."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Recorded(NamedTuple):
     sequence: int
 
     def decoded(self, msg_type: type[Message]) -> Any:
-        """Return it as a message of a class."""
+        """Return the decoded message."""
         return cdr.decode(msg_type, self.data)
 
 
@@ -35,7 +35,7 @@ def files_of(bag: Path) -> list[Path]:
 
 
 def messages_of(bag: Path) -> list[Recorded]:
-    """Return the messages of a bag, or of one file of it, as they are in the files."""
+    """Return the messages of a bag, or of a single file, in the order of the files."""
     return [each for file in ([bag] if bag.is_file() else files_of(bag)) for each in _messages(file)]
 
 

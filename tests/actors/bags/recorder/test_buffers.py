@@ -1,4 +1,4 @@
-"""What waits for the disk, and when it has to be there."""
+"""Messages that wait for the disk, and when they must be written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def message(number: int, size: int = 0) -> QueuedMessage:
 
 
 def test_a_chunk_is_due_after_its_first_message() -> None:
-    """Further messages do not put it off; without messages nothing is due."""
+    """Further messages do not postpone a flush; without messages none is due."""
     plan = FlushPlan(1.0)
     assert plan.wait_sec(0.0) is None
     assert not plan.is_due(100.0)
@@ -33,12 +33,12 @@ def test_a_chunk_is_due_after_its_first_message() -> None:
 
 
 def test_messages_wait_for_less_than_half_a_second() -> None:
-    """That is what is promised of a recorder that is killed."""
+    """Messages older than half a second survive a kill."""
     assert FLUSH_SEC < 0.5
 
 
 def test_a_ring_keeps_the_newest() -> None:
-    """Older ones are forgotten when there is too much, and everything once it has been taken."""
+    """Older messages are dropped beyond the limit; `pop_all` empties the ring."""
     ring = SnapshotRing(3 * OVERHEAD_BYTES)
     for number in range(5):
         ring.add([message(number)], OVERHEAD_BYTES)
@@ -48,7 +48,7 @@ def test_a_ring_keeps_the_newest() -> None:
 
 
 def test_a_ring_keeps_one_message_of_any_size() -> None:
-    """A snapshot of a large image is better than none."""
+    """A message larger than the limit is kept: a snapshot of a large image is better than an empty one."""
     ring = SnapshotRing(10)
     ring.add([message(1, 50), message(2, 50)], 2 * (50 + OVERHEAD_BYTES))
     taken: list[Any] = ring.pop_all()

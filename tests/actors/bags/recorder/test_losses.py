@@ -1,4 +1,4 @@
-"""Counts of what does not reach a bag."""
+"""Counts of messages that do not reach a bag."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from actors.bags.recorder.losses import MAX_GAPS, MAX_PUBLISHERS, TopicCounts, l
 
 
 def test_gaps_and_drops_are_counted_by_publisher_and_number() -> None:
-    """What did not arrive is lost, what was not kept is dropped, each with its numbers."""
+    """Messages that did not arrive are lost, others may be dropped; gaps list the numbers of both."""
     counts = TopicCounts()
     for number in (4, 5, 9, 10):
         counts.note(b"a", "/a", number)
@@ -24,7 +24,7 @@ def test_gaps_and_drops_are_counted_by_publisher_and_number() -> None:
 
 
 def test_latched_messages_are_no_gap() -> None:
-    """Numbers may go back; they continue where they were."""
+    """Latched messages may have lower numbers; counting continues where it was."""
     counts = TopicCounts()
     for number in (7, 3, 4, 8):
         counts.note(b"a", "/a", number)
@@ -32,7 +32,7 @@ def test_latched_messages_are_no_gap() -> None:
 
 
 def test_losses_before_the_first_message_count_too() -> None:
-    """A subscription counts messages lost before the first one; its count goes on with the next."""
+    """Losses before the first message count, also those of former subscriptions."""
     counts = TopicCounts()
     counts.note(b"a", "/a", 10)
     assert counts.lost(2) == 2
@@ -41,7 +41,7 @@ def test_losses_before_the_first_message_count_too() -> None:
 
 
 def test_topics_that_lost_nothing_are_left_out() -> None:
-    """A bag without losses says nothing of them."""
+    """Without losses, the document is empty."""
     whole, torn = TopicCounts(), TopicCounts()
     torn.invalid = 1
     found = losses_of({"/whole": whole, "/torn": torn}, {})
@@ -49,7 +49,7 @@ def test_topics_that_lost_nothing_are_left_out() -> None:
 
 
 def test_publishers_that_are_counted_by_themselves_are_limited() -> None:
-    """A thousand publishers of a topic at most, and the newest gaps of each; the topic's counts have all."""
+    """Publishers and gaps that are listed are limited; the topic's counts include all."""
     counts = TopicCounts()
     for index in range(MAX_PUBLISHERS + 5):
         gid = str(index).encode()
@@ -66,7 +66,7 @@ def test_publishers_that_are_counted_by_themselves_are_limited() -> None:
 
 
 def test_nodes_of_one_name_are_told_apart() -> None:
-    """Several publishers of a node, or of nodes that share a name, have a line each."""
+    """Each publisher has its own entry, also if nodes share a name."""
     counts = TopicCounts()
     for gid in (b"a", b"b"):
         counts.note(gid, "/n", 0)
@@ -76,7 +76,7 @@ def test_nodes_of_one_name_are_told_apart() -> None:
 
 @given(st.lists(st.sampled_from(["arrives", "lost", "dropped"]), min_size=1, max_size=60))
 def test_every_number_ends_in_one_count(fates: list[str]) -> None:
-    """Numbers missing between the first and the last that arrived are in the gaps, and nowhere else."""
+    """The gaps list exactly the numbers that are missing between the first and the last arrival."""
     counts, missing, pending, begun = TopicCounts(), set[int](), set[int](), False
     for number, fate in enumerate(fates):
         if fate == "lost":

@@ -33,7 +33,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 def test_a_subscription_requests_what_all_offer(
     offers: list[QoSProfile], *, reliable: bool, latched: bool
 ) -> None:
-    """Reliable and latched only if every publisher is, as in ROS 2: so no strict one is missed."""
+    """Reliable and latched only if every publisher is, as in ROS 2, so that all strict ones match."""
     qos = recording_qos((each, True) for each in offers)
     assert qos.reliability is (ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
     assert qos.durability is (DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
@@ -42,7 +42,7 @@ def test_a_subscription_requests_what_all_offer(
 
 
 def test_lossless_recording_holds_publishers_back() -> None:
-    """KEEP_ALL and reliable, also beside best effort publishers, unless a strict one would not match."""
+    """KEEP_ALL and reliable, also with best-effort publishers, unless a strict one would not match."""
     qos = recording_qos([(RELIABLE, True), (BEST_EFFORT, False)], lossless=True)
     assert (qos.history, qos.reliability) == (HistoryPolicy.KEEP_ALL, ReliabilityPolicy.RELIABLE)
     qos = recording_qos([(BEST_EFFORT, True)], lossless=True)
@@ -50,7 +50,7 @@ def test_lossless_recording_holds_publishers_back() -> None:
 
 
 def test_strict_publishers_that_do_not_match_are_named() -> None:
-    """A publisher that came later and is strict is not heard; others are, whatever they offer."""
+    """A later, strict publisher does not match; others do, whatever they offer."""
     latched = recording_qos([(LATCHED, True)])
     assert "transient local" in unheard([(LATCHED, True), (RELIABLE, True)], latched).lower()
     assert not unheard([(LATCHED, True), (RELIABLE, False)], latched)

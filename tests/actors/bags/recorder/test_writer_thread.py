@@ -1,4 +1,4 @@
-"""The thread that writes, with a bag in memory and a clock that the test sets."""
+"""The writer thread, with a bag in memory and a clock that the test sets."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Bag:
-    """Notes what the thread does.
+    """A writer in memory that notes its calls.
 
     Attributes:
         done: What has been called, with the values of messages.
@@ -51,7 +51,7 @@ class Bag:
 
     @property
     def file(self) -> Path:
-        """The file of now."""
+        """The present file."""
         return self._folder / f"{self._number}.mcap"
 
     def _note(self, what: str | int, *rest: Any) -> None:
@@ -105,7 +105,7 @@ class Bag:
 
 
 class Desk:
-    """A thread, its bag, and what it has told the loop."""
+    """A thread, its bag, and what it has reported to the loop."""
 
     def __init__(self, bag: Bag, **options: Any) -> None:
         self.bag = bag
@@ -141,7 +141,7 @@ class Desk:
 
 
 async def test_messages_are_written_in_the_order_of_reception(tmp_path: Path) -> None:
-    """Those of a turn come topic by topic; a bag is in the order of its log times."""
+    """The messages of a turn are queued topic by topic, and written by log time."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(3, 1, 2)
@@ -152,7 +152,7 @@ async def test_messages_are_written_in_the_order_of_reception(tmp_path: Path) ->
 
 
 async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
-    """Within half a second of its first message, by the clock; not for each message."""
+    """A flush follows the first message within half a second, and not each message."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(1)
@@ -169,7 +169,7 @@ async def test_a_chunk_is_written_in_time(tmp_path: Path) -> None:
 
 
 async def test_a_chunk_is_written_without_further_messages(tmp_path: Path) -> None:
-    """The thread waits no longer than until it is due."""
+    """Without further messages, the thread wakes up for a flush."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(1)
@@ -184,7 +184,7 @@ def _is_flushed(desk: Desk, count: int) -> bool:
 
 
 async def test_without_a_cache_everything_is_written_at_once(tmp_path: Path) -> None:
-    """Each part of the queue is flushed."""
+    """Each batch of messages is flushed."""
     desk = Desk(Bag(tmp_path), write_through=True)
     await desk.open()
     for number in (1, 2):
@@ -195,7 +195,7 @@ async def test_without_a_cache_everything_is_written_at_once(tmp_path: Path) -> 
 
 
 async def test_latched_values_have_their_publisher(tmp_path: Path) -> None:
-    """So that the bag repeats the newest of each in its next file."""
+    """Messages of latched topics name their publishers, so that the next file repeats the newest of each."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     latched = RecordedTopic("/map", Int32, [QoSProfile(depth=1), LATCHED])
@@ -206,7 +206,7 @@ async def test_latched_values_have_their_publisher(tmp_path: Path) -> None:
 
 
 async def test_a_split_follows_what_is_queued(tmp_path: Path) -> None:
-    """And it is reported, with both files."""
+    """A split follows the queued messages, and is reported with both files."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.put(1)
@@ -218,7 +218,7 @@ async def test_a_split_follows_what_is_queued(tmp_path: Path) -> None:
 
 
 async def test_losses_are_written_at_the_end(tmp_path: Path) -> None:
-    """The sum for each topic, whatever the reason."""
+    """The bag gets the sum of all losses by topic."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     await desk.thread.close(lambda: {"/numbers": {"lost": 1, "dropped": 2, "invalid": 3, "publishers": {}}})
@@ -226,7 +226,7 @@ async def test_losses_are_written_at_the_end(tmp_path: Path) -> None:
 
 
 async def test_losses_have_what_was_found_invalid_at_the_end(tmp_path: Path) -> None:
-    """What is still in the queue when the recording ends is converted before losses are counted."""
+    """Messages in the queue at the end are converted before losses are counted."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.bag.lets_write.clear()
@@ -239,7 +239,7 @@ async def test_losses_have_what_was_found_invalid_at_the_end(tmp_path: Path) -> 
 
 
 async def test_messages_behind_an_error_are_counted(tmp_path: Path) -> None:
-    """Those of the same part of the queue, and those that come later; the bag counts the one that failed."""
+    """After a failure, the rest of the batch and later messages count as unwritten."""
     desk = Desk(Bag(tmp_path))
     desk.bag.fails[2] = BagFullError("full")
     await desk.open()
@@ -251,7 +251,7 @@ async def test_messages_behind_an_error_are_counted(tmp_path: Path) -> None:
 
 
 async def test_nothing_is_awaited_of_a_thread_that_has_ended(tmp_path: Path) -> None:
-    """Whoever asks for a split or a flush too late gets an error."""
+    """A split or a flush after the end raises an error."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     await desk.thread.close(dict)
@@ -262,7 +262,7 @@ async def test_nothing_is_awaited_of_a_thread_that_has_ended(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("step", [1, "flush", "split", "topic"])
 async def test_an_error_ends_the_writing(tmp_path: Path, step: Any) -> None:
-    """Case 42: it is told once, nothing more is written, the bag is closed, and the queue is emptied."""
+    """Case 42: the error is reported once, writing ends, the bag is closed, and the queue is emptied."""
     desk = Desk(Bag(tmp_path))
     desk.bag.fails[step] = BagFullError("full")
     await desk.open()
@@ -290,7 +290,7 @@ async def test_an_error_at_the_end_is_told(tmp_path: Path) -> None:
 
 
 async def test_a_bag_that_cannot_be_opened(tmp_path: Path) -> None:
-    """`open` raises the reason, and the thread has ended."""
+    """`open` raises the error, and the thread ends."""
 
     def fail() -> Bag:
         raise BagExistsError("exists")
@@ -305,7 +305,7 @@ async def test_a_bag_that_cannot_be_opened(tmp_path: Path) -> None:
 
 
 async def test_a_removed_file_is_noticed(tmp_path: Path) -> None:
-    """Writing into it would raise nothing."""
+    """A removed file is an error, although writing into it raises none."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     desk.bag.file.unlink()
@@ -315,7 +315,7 @@ async def test_a_removed_file_is_noticed(tmp_path: Path) -> None:
 
 
 async def test_room_is_reported(tmp_path: Path) -> None:
-    """Whoever waits is called when a part of the queue is written, or at once if nothing is queued."""
+    """The function is called after a batch is written, or at once if nothing is queued."""
     desk = Desk(Bag(tmp_path))
     await desk.open()
     room = asyncio.Event()

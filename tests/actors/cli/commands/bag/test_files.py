@@ -1,4 +1,4 @@
-"""`callboard bag`: the verbs that read and write bags, without a broker."""
+"""`callboard bag`: the verbs that read and write bags without a broker."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def test_info_prints_what_ros_prints(tmp_path: Path, capsys: Capsys) -> None:
-    """Files, size, times, topics with their types and counts, service events apart, and losses."""
+    """It prints files, size, times, topics with types and counts, services separately, and losses."""
     with Writer("trip") as bag:
         chatter = bag.add_topic(CHATTER)
         events = bag.add_topic(BagTopic.of_class("/add/_service_event", AddTwoInts.Event))
@@ -55,7 +55,7 @@ def test_info_prints_what_ros_prints(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_info_as_json_names_and_sizes(tmp_path: Path, capsys: Capsys) -> None:
-    """`--json` has everything, `-t` names only, and `-v` the bytes of each topic."""
+    """`--json` prints all values, `-t` only names, and `-v` adds the bytes of each topic."""
     write_bag(tmp_path / "trip")
     assert main(["bag", "info", "trip", "--json", "-v"]) == 0
     document = json.loads(capsys.readouterr().out)
@@ -67,7 +67,7 @@ def test_info_as_json_names_and_sizes(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_echo_prints_as_topic_echo_does(tmp_path: Path, capsys: Capsys) -> None:
-    """Messages of one topic, a field of them, after an offset, once; an unknown topic is an error."""
+    """It prints one topic, a field, from an offset, or once; an unknown topic is an error."""
     write_bag(tmp_path / "trip", 6)
     assert main(["bag", "echo", "trip", "/count"]) == 0
     assert capsys.readouterr().out == "data: 0\n---\ndata: 2\n---\ndata: 4\n---\n"
@@ -80,7 +80,7 @@ def test_echo_prints_as_topic_echo_does(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_check_finds_what_is_wrong(tmp_path: Path, capsys: Capsys) -> None:
-    """A whole bag passes; wrong bytes, a wrong hash, wrong counts and a cut end are each told."""
+    """A whole bag passes; wrong bytes, a wrong hash, wrong counts and a missing end are reported."""
     path = write_bag(tmp_path / "trip")
     assert main(["bag", "check", "trip"]) == 0
     assert capsys.readouterr().out == "20 messages of 2 topics can be decoded, 0 cannot\n"
@@ -106,7 +106,7 @@ def test_check_finds_what_is_wrong(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_reindex_writes_the_metadata_of_a_killed_recorder(tmp_path: Path, capsys: Capsys) -> None:
-    """Without metadata.yaml, or with a damaged one, the files say what there is."""
+    """It writes a missing or damaged metadata.yaml from the files."""
     path = write_bag(tmp_path / "trip")
     path.write_bytes(path.read_bytes()[:1800])
     (tmp_path / "trip" / "metadata.yaml").unlink()
@@ -122,7 +122,7 @@ def test_reindex_writes_the_metadata_of_a_killed_recorder(tmp_path: Path, capsys
 
 
 def test_recover_keeps_what_is_whole(tmp_path: Path, capsys: Capsys) -> None:
-    """A damaged chunk is left out, and those behind it are kept; the report has the numbers by topic."""
+    """A damaged chunk is left out, and those behind it are copied; the report counts by topic."""
     path = write_bag(tmp_path / "trip", 40)
     data = bytearray(path.read_bytes())
     data[data.index(b"text 8")] ^= 1
@@ -146,7 +146,7 @@ def test_recover_keeps_what_is_whole(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_recover_at_each_cut(tmp_path: Path) -> None:
-    """Cut anywhere, a file gives a new bag with its whole chunks, or is no MCAP file any more."""
+    """Truncated anywhere, a file gives a bag with its whole chunks, or is refused as not an MCAP file."""
     path = write_bag(tmp_path / "trip")
     whole = path.read_bytes()
     counts = list[int]()
@@ -163,7 +163,7 @@ def test_recover_at_each_cut(tmp_path: Path) -> None:
 
 
 def test_convert_joins_filters_and_compresses(tmp_path: Path, capsys: Capsys) -> None:
-    """Several bags become one by time, with chosen topics, in files of a size."""
+    """Several bags are joined by time, with selected topics, in files of a limited size."""
     write_bag(tmp_path / "a", 4)
     write_bag(tmp_path / "b", 4)
     assert main(["bag", "convert", "a", "-i", "b", "mcap", "-o", "c", "--compression", "zstd"]) == 0
@@ -178,7 +178,7 @@ def test_convert_joins_filters_and_compresses(tmp_path: Path, capsys: Capsys) ->
 
 
 def test_export_writes_a_table_for_each_topic(tmp_path: Path, capsys: Capsys) -> None:
-    """A column for each field, also of nested messages; sequences are JSON and bytes base64."""
+    """Tables have one column per field, also of nested messages; sequences are JSON, bytes base64."""
     with Writer("trip") as bag:
         pose = bag.add_topic(BagTopic.of_class("/arm/pose", PoseStamped))
         image = bag.add_topic(BagTopic.of_class("/image", CompressedImage))
@@ -201,7 +201,7 @@ def test_export_writes_a_table_for_each_topic(tmp_path: Path, capsys: Capsys) ->
 
 
 def test_list_names_formats(capsys: Capsys) -> None:
-    """The kinds of files, and what each is for."""
+    """It lists formats, and with -v what each is for."""
     assert main(["bag", "list", "storage"]) == 0
     assert capsys.readouterr().out == "mcap\nsqlite3\n"
     assert main(["bag", "list", "compressor", "-v"]) == 0
@@ -209,7 +209,7 @@ def test_list_names_formats(capsys: Capsys) -> None:
 
 
 def test_errors_are_one_sentence(tmp_path: Path, capsys: Capsys) -> None:
-    """What is no bag gives one line on stderr, and exit code 1."""
+    """Anything but a bag gives one line on stderr and exit code 1."""
     (tmp_path / "file").write_bytes(b"no bag")
     for path in ("nothing", "file", "."):
         assert main(["bag", "info", path]) == 1
@@ -219,7 +219,7 @@ def test_errors_are_one_sentence(tmp_path: Path, capsys: Capsys) -> None:
 
 
 def test_without_the_extra_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
-    """If a package of the extra is missing, the error names the extra."""
+    """If a library is missing, the error names the extra."""
     monkeypatch.setattr("actors.bags.extra.find_spec", lambda name: None)
     assert main(["bag", "info", "trip"]) == 1
     assert capsys.readouterr().err == f"Bags need more packages: {install_command('bags')}\n"
