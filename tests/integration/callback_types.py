@@ -1,6 +1,6 @@
 """Callbacks that fit, and those that do not: mypy reports an ignored error that is none any more.
 
-`test_callback_types.py` shows it to pyright, which must report the same lines.
+`test_type_checkers.py` shows it to pyright, which must report the same lines.
 """
 
 from __future__ import annotations
