@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""
     guide = (ROOT / "docs" / "how-to" / f"{name}.md").read_text(encoding="utf-8")
-    await Reader(system, tmp_path).follow(guide)
+    await Reader(system, tmp_path, settles=True).follow(guide)
 
 
 async def test_the_guide_of_bags_can_be_followed(system: System, tmp_path: Path) -> None:
