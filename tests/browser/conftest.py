@@ -138,7 +138,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the tests of the page on one event loop, which is that of their browser; fork web servers."""
-    client.MORE_MODULES.append("actors.web.server")
+    client.MODULES.append("actors.web.server")
     folder = Path(__file__).parent
     for item in items:
         if folder in item.path.parents and pytest_asyncio.is_async_test(item):

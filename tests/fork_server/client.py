@@ -9,6 +9,8 @@ So tests of starting, of imports and of what is seen from outside (command line,
 What the server cannot imitate is started as usual: options of the interpreter other than -u, another value of
 a variable that is read early, ignored or blocked signals, another user, a `preexec_fn`. The same holds for
 everything where there are no subreapers, which only Linux has.
+
+`add_interpreter` adds another interpreter, such as that of real ROS 2. It has a server of its own.
 """
 
 from __future__ import annotations
@@ -28,24 +30,19 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
-from tests.fork_server.request import ANSWER, Request, receive_exactly, send
+from tests.fork_server.request import ANSWER, Request, read_early, receive_exactly, send
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-FORKED: Final = f"{Path(sys.executable).parent}/./{Path(sys.executable).name}"
-"""The `executable` of a program to fork. It is a path of the interpreter, so that it works in any case."""
+    from collections.abc import Iterator, Sequence
 
 ROOT: Final = Path(__file__).parents[2]
 
-MORE_MODULES: Final[list[str]] = []
-"""Modules that a server imports beside its own. Each makes forks slower that do without it."""
-
-READ_EARLY: Final = (b"PYTHON", b"LC_", b"LANG", b"LD_", b"TZ", b"GLIBC_", b"MALLOC_", b"OPENSSL_", b"SSL_")
-"""Beginnings of the variables that are read before a program runs."""
-
-HANDLED: Final = (b"PYTHONPATH", b"PYTHONUNBUFFERED")
-"""Those that may have another value than the server's."""
+MODULES: Final[list[str]] = [
+    *("uvloop", "broker", "broker.daemon.command", "actors", "actors.cli.main", "actors.launch"),
+    *("actors.cli.commands.*", "actors.interfaces.*"),
+]
+"""What the programs of tests import, `.*` with all modules of a package. Each makes forks slower that do
+without it."""
 
 CUSTOM: Final = ("sitecustomize.py", "usercustomize.py", "proto", "broker", "actors")
 """Modules of folders in PYTHONPATH that Python would import at its start, or instead of the server's."""
@@ -66,9 +63,19 @@ ARGUMENTS: Final = (
 
 
 class ForkServer:
-    """The fork server of this process: started at its first use, and again if somebody has killed it."""
+    """A fork server of this process: started at its first use, and again if somebody has killed it.
 
-    def __init__(self) -> None:
+    Args:
+        python: The interpreter.
+        modules: What it imports.
+
+    Attributes:
+        python: The interpreter.
+    """
+
+    def __init__(self, python: str, modules: Sequence[str]) -> None:
+        self.python = python
+        self._modules = modules
         self._lock = threading.Lock()  # one request at a time
         self._channel: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
@@ -82,7 +89,7 @@ class ForkServer:
         """
         with self._lock:
             channel = self._start()
-            if _read_early(request.environment) != self._read_early:
+            if read_early(request.environment) != self._read_early:
                 return None
             with _subreaper():
                 send(channel, request, descriptors)
@@ -100,19 +107,13 @@ class ForkServer:
         if self._channel is not None and self._process is not None and self._process.poll() is None:
             return self._channel
         self._channel, theirs = socket.socketpair()
-        self._read_early = _read_early(os.environb)
-        command = (sys.executable, "-m", "tests.fork_server.server", str(theirs.fileno()), *MORE_MODULES)
+        self._read_early = read_early(os.environb)
+        command = (self.python, "-m", "tests.fork_server.server", str(theirs.fileno()), *self._modules)
         with theirs:
             self._process = subprocess.Popen(
                 command, cwd=ROOT, stdin=subprocess.DEVNULL, pass_fds=(theirs.fileno(),)
             )
         return self._channel
-
-
-def _read_early(environment: Mapping[bytes, bytes]) -> dict[bytes, bytes]:
-    return {
-        key: value for key, value in environment.items() if key.startswith(READ_EARLY) and key not in HANDLED
-    }
 
 
 @contextmanager
@@ -126,21 +127,47 @@ def _subreaper() -> Iterator[None]:
         prctl(PR_SET_CHILD_SUBREAPER, 0, 0, 0, 0)
 
 
-_server: Final = ForkServer()
+_servers: Final[dict[bytes, ForkServer]] = {}
+
+
+def add_interpreter(python: str, modules: Sequence[str]) -> str:
+    """Let programs of an interpreter be forked.
+
+    Args:
+        python: Its path, the first word of their commands.
+        modules: What its server imports, as `MODULES`.
+
+    Returns:
+        The `executable` of a program to fork. It is a path of the interpreter, so that it works in any case.
+    """
+    executable = f"{Path(python).parent}/./{Path(python).name}"
+    _servers[os.fsencode(executable)] = ForkServer(python, modules)
+    return executable
+
+
+def forked(program: str) -> str | None:
+    """Return the `executable` for a program if it is an interpreter whose programs can be forked."""
+    return next((os.fsdecode(path) for path, each in _servers.items() if each.python == program), None)
+
+
+FORKED: Final = add_interpreter(sys.executable, MODULES)
+"""The `executable` of a program of this interpreter."""
+
 _start_as_usual: Any = getattr(subprocess, "_fork_exec", None)
 
 
 def _fork_exec(*arguments: Any) -> int:
     """Start a process for `subprocess.Popen`, and fork it if it asks for that."""
     call = SimpleNamespace(**dict(zip(ARGUMENTS, arguments, strict=False)))
-    pid = _fork(call) if call.executables == (os.fsencode(FORKED),) else None
+    server = _servers.get(call.executables[0]) if len(call.executables) == 1 else None
+    pid = None if server is None else _fork(call, server)
     return int(_start_as_usual(*arguments)) if pid is None else pid
 
 
-def _fork(call: SimpleNamespace) -> int | None:
+def _fork(call: SimpleNamespace, server: ForkServer) -> int | None:
     """Return the id of a forked process; None if the call wants what the server cannot imitate."""
     folder = Path(os.fsdecode(call.folder or "."))
-    program = _parse([os.fsdecode(word) for word in call.args], folder)
+    program = _parse([os.fsdecode(word) for word in call.args], folder, server.python)
     if program is None or not _is_ordinary(call) or not folder.is_dir():
         return None
     streams = (call.stdin, call.stdout, call.stderr)
@@ -156,7 +183,7 @@ def _fork(call: SimpleNamespace) -> int | None:
         numbers=[0, 1, 2, *others],
     )
     given = [own if stream < 0 else stream for own, stream in enumerate(streams)]
-    return _server.fork(request, [*given, *others])
+    return server.fork(request, [*given, *others])
 
 
 def _is_ordinary(call: SimpleNamespace) -> bool:
@@ -190,13 +217,15 @@ def _inherited() -> Iterator[bytes]:
         yield variable
 
 
-def _parse(command: Sequence[str], folder: Path) -> tuple[list[str], bool, str, str, list[str]] | None:
+def _parse(
+    command: Sequence[str], folder: Path, python: str
+) -> tuple[list[str], bool, str, str, list[str]] | None:
     """Return the fields of a request; None if the command is not a program after, at most, -u."""
     rest = list(command[1:])
     unbuffered = rest[:1] == ["-u"]
     del rest[:unbuffered]
     kind = rest.pop(0) if rest and rest[0] in {"-c", "-m"} else ""
-    if command[0] != sys.executable or not rest:
+    if command[0] != python or not rest:
         return None
     program = rest.pop(0)
     if (kind, program) == ("-m", "pytest"):  # it rewrites modules when they are imported
@@ -214,6 +243,11 @@ def _is_source(path: Path) -> bool:
         return path.suffix == ".py" or file.read(2) == b"#!"
 
 
+def _close_servers() -> None:
+    for server in _servers.values():
+        server.close()
+
+
 if sys.platform == "linux" and _start_as_usual is not None:
     setattr(subprocess, "_fork_exec", _fork_exec)  # noqa: B010 - the name is private
-    atexit.register(_server.close)
+    atexit.register(_close_servers)

@@ -8,13 +8,22 @@ import struct
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 HEADER: Final = struct.Struct("!IB")
 """Bytes of the request, and how many descriptors come with this header."""
 
 ANSWER: Final = struct.Struct("!i")
 """The child's process id; 0: it could not be prepared, and its traceback is on the server's stderr."""
+
+READ_EARLY: Final = (
+    *(b"PYTHON", b"LC_", b"LANG", b"LD_", b"TZ", b"GLIBC_", b"MALLOC_", b"OPENSSL_", b"SSL_"),
+    b"_ROS_WHEELS_",  # unless it is set, those of ROS 2 start Python again, with a path of libraries
+)
+"""Beginnings of the variables that are read before a program runs."""
+
+HANDLED: Final = (b"PYTHONPATH", b"PYTHONUNBUFFERED")
+"""Those that may have another value than the server's."""
 
 
 class Request(NamedTuple):
@@ -47,6 +56,13 @@ class Request(NamedTuple):
     umask: int
     limits: dict[int, tuple[int, int]]
     numbers: list[int]
+
+
+def read_early(environment: Mapping[bytes, bytes]) -> dict[bytes, bytes]:
+    """Return the variables that must be those of the server."""
+    return {
+        key: value for key, value in environment.items() if key.startswith(READ_EARLY) and key not in HANDLED
+    }
 
 
 def send(channel: socket.socket, request: Request, descriptors: Sequence[int]) -> None:

@@ -41,16 +41,10 @@ from importlib.machinery import BuiltinImporter, SourceFileLoader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from tests.fork_server.request import ANSWER, Request, receive
+from tests.fork_server.request import ANSWER, Request, read_early, receive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-MODULES: Final = ("uvloop", "broker", "broker.daemon.command", "actors", "actors.cli.main", "actors.launch")
-"""What the programs of tests import, with all names that these offer."""
-
-PACKAGES: Final = ("actors.cli.commands", "actors.interfaces")
-"""Packages that are imported with their modules."""
 
 LATE: Final = ("actors.cli.commands.top.",)
 """Modules that few programs need, and that take long."""
@@ -62,7 +56,7 @@ ROOTS: Final = frozenset({"__main__", "builtins", "sys"})
 def main() -> None:
     """Serve the client at the socket whose number is the first argument; in children, run programs.
 
-    The other arguments are more modules to import.
+    The other arguments are the modules to import, `.*` with all modules of a package.
     """
     channel = socket.socket(fileno=int(sys.argv[1]))
     _import_modules(*sys.argv[2:])
@@ -76,15 +70,17 @@ def main() -> None:
         _run(request)
 
 
-def _import_modules(*more: str) -> None:
-    for name in (*MODULES, *more):
-        module = importlib.import_module(name)
-        for each in dir(module):
-            getattr(module, each)
-    for name in PACKAGES:
-        for found in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}."):
-            if not found.name.startswith(LATE):
-                importlib.import_module(found.name)
+def _import_modules(*names: str) -> None:
+    """Import modules with all names that they offer; for those of packages, the modules are enough."""
+    for name in names:
+        module = importlib.import_module(name.removesuffix(".*"))
+        if name.endswith(".*"):
+            for found in pkgutil.walk_packages(module.__path__, f"{module.__name__}."):
+                if not found.name.startswith(LATE):
+                    importlib.import_module(found.name)
+        else:
+            for each in dir(module):
+                getattr(module, each)
 
 
 def _keep_modules() -> None:
@@ -137,8 +133,9 @@ def _prepare(request: Request, descriptors: Sequence[int], reporting: int, gate:
         if resource.getrlimit(number) != limits:
             resource.setrlimit(number, limits)
     os.chdir(request.folder)
+    early = read_early(os.environb)  # those that starting the interpreter has set are the child's, too
     os.environb.clear()
-    os.environb.update(request.environment)
+    os.environb.update({**early, **request.environment})
     reporting, gate = _place(request.numbers, descriptors, reporting, gate)
     _open_streams(unbuffered=request.unbuffered or bool(os.environ.get("PYTHONUNBUFFERED")))
     os.write(reporting, ANSWER.pack(os.getpid()))

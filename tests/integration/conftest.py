@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 import broker
-from tests.fork_server.client import FORKED
+from tests.fork_server import client
 from tests.ports import hold_port
 from tests.seams.limits import be_patient
 from tests.waiting import until
@@ -153,7 +153,7 @@ class System:
             folder: The working directory.
             environ: The environment, without CALLBOARD variables.
             unbuffered: Whether to set PYTHONUNBUFFERED.
-            forked: Whether a program of this interpreter may come from the fork server.
+            forked: Whether a program may come from a fork server.
         """
         kept = {key: value for key, value in environ.items() if not key.startswith("CALLBOARD_")}
         kept.pop("PYTHONUNBUFFERED", None)
@@ -161,7 +161,7 @@ class System:
             kept["PYTHONUNBUFFERED"] = "1"
         process = await asyncio.create_subprocess_exec(
             *command,
-            executable=FORKED if forked and command[0] == sys.executable else None,
+            executable=client.forked(command[0]) if forked else None,
             cwd=folder,
             env=kept | {"CALLBOARD_URL": self.url, "NO_COLOR": "1"} | self.variables,
             stdin=asyncio.subprocess.DEVNULL,

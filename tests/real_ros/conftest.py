@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.fork_server.client import FORKED
 from tests.real_ros import ROOT
 from tests.real_ros.differences import counts
 from tests.real_ros.sides import FACE_COMMAND, REAL_COMMAND, Domain, Side
@@ -47,7 +48,7 @@ def face_url() -> Iterator[str]:
     what its channels did.
     """
     command = (sys.executable, "-m", "broker", "--port", "0")
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as broker:
+    with subprocess.Popen(command, executable=FORKED, cwd=ROOT, stdout=subprocess.PIPE, text=True) as broker:
         assert broker.stdout is not None
         try:
             yield broker.stdout.readline().split()[-1]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Final
 
+from tests.fork_server.client import add_interpreter, forked
 from tests.real_ros import REAL_PYTHON, ROOT
 
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ FOREIGN: Final = ("ROS_", "RMW_", "RCUTILS_", "FASTRTPS_", "FASTDDS_", "AMENT_",
 PROGRAMS_MODULE: Final = ("-m", "tests.real_ros.programs")
 REAL_COMMAND: Final = (str(REAL_PYTHON), *PROGRAMS_MODULE)
 FACE_COMMAND: Final = (sys.executable, "-m", "actors.ros", "--no-broker", *PROGRAMS_MODULE)
+
+
+# Without rclpy. Its library for tracing starts threads, which a fork does not copy, and cancels them when the
+# process exits: threads of the child that have got their ids, such as uvloop's, which then never end.
+add_interpreter(str(REAL_PYTHON), ("actors.cli.main", "actors.interfaces", "actors.bridges.ros2.*", "numpy"))
 
 
 @dataclass(frozen=True)
@@ -135,6 +141,7 @@ class Side:
         self._stderr.truncate(0)
         self._process = subprocess.Popen(
             self._command,
+            executable=forked(self._command[0]),
             cwd=ROOT,
             env=self._environ,
             stdin=subprocess.PIPE,

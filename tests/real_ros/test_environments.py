@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import tomllib
 from importlib.machinery import PathFinder
 from importlib.metadata import distributions
@@ -9,11 +10,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.real_ros import ROOT
+from tests.fork_server.client import forked
+from tests.real_ros import REAL_PYTHON, ROOT
 from tests.real_ros.sides import Domain, Side, SideError
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+SURROUNDINGS = """
+import os, sys
+print("actors.cli.main" in sys.modules, any(name in sys.modules for name in ("rclpy", "pytest")))
+libraries = sorted(os.environ.pop("LD_LIBRARY_PATH").split(":"))
+print(libraries, sorted(os.environ.items()), sys.path, sys.prefix, sys.orig_argv)
+"""
 
 
 def test_versions_are_those_that_pyproject_pins(real: Side) -> None:
@@ -29,6 +38,20 @@ def test_tests_run_without_ros(module: str) -> None:
     """The environment of callboard's tests has nothing of ROS 2: the face would refuse to work."""
     assert PathFinder.find_spec(module) is None  # no other finder: the ROS face's knows some of these
     assert [each.name for each in distributions() if each.name.startswith("ros-")] == []
+
+
+def test_a_forked_program_has_what_a_started_one_has() -> None:
+    """Also the variables that Python sets when it starts there, such as the path of ROS 2's libraries."""
+    real = str(REAL_PYTHON)
+    outputs = [
+        subprocess.run(
+            [real, "-c", SURROUNDINGS], executable=each, check=True, capture_output=True, text=True
+        )
+        for each in (forked(real), None)
+    ]
+    (how, surroundings), (started, expected) = (each.stdout.splitlines() for each in outputs)
+    assert (how, started) == ("True False", "False False")
+    assert surroundings == expected
 
 
 def test_a_side_that_is_not_there_says_what_to_do(tmp_path: Path) -> None:

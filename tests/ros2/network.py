@@ -8,6 +8,7 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Final
 
+from tests.fork_server.client import forked
 from tests.ports import hold_port
 from tests.real_ros import REAL_PYTHON, ROOT
 from tests.real_ros.sides import FOREIGN, Domain, SideError
@@ -40,6 +41,7 @@ class Process:
         with output.open("ab") as file:
             self._process = subprocess.Popen(
                 command,
+                executable=forked(command[0]),
                 cwd=ROOT,
                 env=environ,
                 stdin=subprocess.DEVNULL,
