@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 
@@ -161,3 +162,39 @@ def test_bytes_of_the_server() -> None:
     assert wire.service_call_response(call, b"{}") == b"\x03\x07\0\0\0\x08\0\0\0\x04\0\0\0json{}"
     assert wire.asset(9, b"file") == b"\x04\x09\0\0\0\0\0\0\0\0file"
     assert wire.asset_failure(9, "no") == b"\x04\x09\0\0\0\x01\x02\0\0\0no"
+
+
+def test_frames_are_those_of_foxglove_sdk() -> None:
+    """What a server of foxglove-sdk 0.30.3 sent a client, which depends on names and types, not on order."""
+    values: list[dict[str, Any]] = [
+        {"name": "/n.a", "type": "float64", "value": 3.0},
+        {"name": "/n.c", "type": "byte_array", "value": "YWI="},
+        {"name": "/n.d", "type": "float64_array", "value": [1.0, 2.0]},
+    ]
+    call = ServiceCall(1, 5, "cdr", b"")
+    for sent, text in (
+        (
+            wire.advertise([wire.Channel(1, "/a", "std_msgs/msg/String", "string data\n")]),
+            (
+                '{"op":"advertise","channels":[{"id":1,"topic":"/a","encoding":"cdr","schemaName":'
+                '"std_msgs/msg/String","schemaEncoding":"ros2msg","schema":"string data\\n"}]}'
+            ),
+        ),
+        (
+            wire.parameter_values(values, "q"),
+            (
+                '{"op":"parameterValues","parameters":[{"name":"/n.a","type":"float64","value":3.0},{"name":"/n.c",'
+                '"type":"byte_array","value":"YWI="},{"name":"/n.d","type":"float64_array","value":[1.0,2.0]}],"id":"q"}'
+            ),
+        ),
+        (
+            wire.service_call_failure(99, 5, "Unknown service"),
+            '{"op":"serviceCallFailure","serviceId":99,"callId":5,"message":"Unknown service"}',
+        ),
+    ):
+        assert json.loads(sent) == json.loads(text)
+    assert wire.time(77) == b"\x02M\0\0\0\0\0\0\0"
+    assert wire.asset(1, b"file") == b"\x04\x01\0\0\0\0\0\0\0\0file"
+    assert wire.asset_failure(2, "OSError: not found") == b"\x04\x02\0\0\0\x01\x12\0\0\0OSError: not found"
+    assert wire.service_call_response(call, b"resp") == b"\x03\x01\0\0\0\x05\0\0\0\x03\0\0\0cdrresp"
+    assert wire.message_data(0, 5, b"abc") == b"\x01\0\0\0\0\x05\0\0\0\0\0\0\0abc"
