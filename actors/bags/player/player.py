@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self, Unpack
 
+from actors.bags.player.alarm import Alarm
 from actors.bags.player.bag_source import BagSource
 from actors.bags.player.options import PlayerOptions
 from actors.bags.player.read_ahead import ReadAhead
@@ -39,8 +40,8 @@ EVERYTHING: Final = Selection(
     all_topics=True, all_services=True, all_actions=True, include_hidden_topics=True
 )
 DEFAULTS: Final = PlayerOptions()
-EARLY_NS: Final = 500_000
-"""Publish a message up to this early: a loop wakes up at whole milliseconds, up to one too late."""
+EARLY_NS: Final = 100_000
+"""A message may be published this much early: another wait would not end more exactly."""
 TURN_MESSAGES: Final = 100
 """Limit for the messages published in one turn of the loop, so that other tasks get their turn."""
 
@@ -131,6 +132,7 @@ class Player:
         options = self._options
         self._changed = asyncio.Event()
         self._burst_lock = asyncio.Lock()
+        self._alarm = Alarm(self._changed.set)
         self._ahead = ReadAhead(options.read_ahead, self._changed.set)
         excluded = frozenset({CLOCK_TOPIC} if options.publishes_clock else ())
         try:
@@ -152,6 +154,7 @@ class Player:
             )
             await self.node.__aenter__()
         except BaseException:
+            self._alarm.close()
             await self._ahead.close()
             raise
         self._begin()
@@ -171,6 +174,7 @@ class Player:
             self._settle_burst()
             await self._tasks.cancel()
             self._lines.close()
+            self._alarm.close()
             await self._ahead.close()
         finally:
             await self.node.__aexit__(kind, error, traceback)
@@ -395,16 +399,13 @@ class Player:
 
     async def _until_changed(self, wait_ns: int | None) -> None:
         """Wait until something changes, for `wait_ns` at most; then log invalid messages."""
-        timer = None
         if wait_ns is not None:
-            loop = asyncio.get_running_loop()
-            timer = loop.call_later((wait_ns - EARLY_NS) / NS_PER_SEC, self._changed.set)
+            self._alarm.set(wait_ns)
         try:
             await self._changed.wait()
         finally:
             self._changed.clear()
-            if timer is not None:
-                timer.cancel()
+            self._alarm.cancel()
         for topic in self._source.topics:
             if topic.problem:
                 if self._lines.admits("messages that are not played"):
