@@ -42,8 +42,9 @@ EVERYTHING: Final = Selection(
 DEFAULTS: Final = PlayerOptions()
 EARLY_NS: Final = 100_000
 """A message may be published this much early: another wait would not end more exactly."""
-TURN_MESSAGES: Final = 100
-"""Limit for the messages published in one turn of the loop, so that other tasks get their turn."""
+TURN_MESSAGES: Final = 500
+"""Limit for the messages published in one turn of the loop, so that other tasks get their turn after some
+milliseconds. Those of a topic share a frame."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
