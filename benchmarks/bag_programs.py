@@ -98,7 +98,7 @@ class Clock:
 async def until(condition: Callable[[], bool]) -> None:
     """Wait until a condition holds."""
     while not condition():  # noqa: ASYNC110 - nothing else tells when
-        await asyncio.sleep(0.002)
+        await asyncio.sleep(0.01)
 
 
 async def until_heard(node: actors.Node, topic: str) -> None:
