@@ -31,6 +31,7 @@ from actors.bags import BagTopic, Player, PlayerOptions, Reader, Recorder, Recor
 from actors.interfaces import cdr
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
+from proto.aio import process
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -148,7 +149,7 @@ async def record(folder: Path, url: str, workload: str, compression: str = "none
     return rates
 
 
-async def write(folder: Path, workload: str, compression: str = "none") -> Figures:
+def write(folder: Path, workload: str, compression: str = "none") -> Figures:
     """Write a workload by `mcap`'s writer, with chunks as large and compressed as the recorder's."""
     load = WORKLOADS[workload]
     topic, data = BagTopic.of_class("/data", type(load.message)), cdr.encode(load.message)
@@ -164,7 +165,7 @@ async def write(folder: Path, workload: str, compression: str = "none") -> Figur
         return clock.rates(load.messages)
 
 
-async def prepare(folder: Path, workload: str, messages: int = 0) -> Figures:
+def prepare(folder: Path, workload: str, messages: int = 0) -> Figures:
     """Write a bag of a workload that is played."""
     load = WORKLOADS[workload]
     data = cdr.encode(load.message)
@@ -214,7 +215,7 @@ async def listen(_: Path, url: str, workload: str, messages: int = 0) -> Figures
     return {"received": len(times), "times": times}
 
 
-async def read(folder: Path, workload: str) -> Figures:
+def read(folder: Path, workload: str) -> Figures:
     """Read the bag that is played by `mcap`'s reader."""
     del workload
     (path,) = (folder / "played").glob("*.mcap")
@@ -224,7 +225,7 @@ async def read(folder: Path, workload: str) -> Figures:
         return clock.rates(count)
 
 
-async def prepare_large(folder: Path) -> Figures:
+def prepare_large(folder: Path) -> Figures:
     """Write a file with an index as one of 10 GB has it, and a hole in place of the chunks."""
     topic = BagTopic.of_class("", String)
     channels = range(1, 11)
@@ -267,7 +268,7 @@ def _bytes(record: Any) -> bytes:
     return data
 
 
-async def summarize(folder: Path) -> Figures:
+def summarize(folder: Path) -> Figures:
     """Read what a large file has."""
     clock = Clock()
     with Reader(folder / "large.mcap") as bag:
@@ -277,7 +278,7 @@ async def summarize(folder: Path) -> Figures:
     return clock.rates(1)
 
 
-async def summarize_by_mcap(folder: Path) -> Figures:
+def summarize_by_mcap(folder: Path) -> Figures:
     """Do the same by `mcap`'s reader."""
     clock = Clock()
     with (folder / "large.mcap").open("rb") as stream:
@@ -314,18 +315,28 @@ async def _start(role: str, folder: Path, **arguments: Any) -> asyncio.subproces
     )
 
 
-ROLES: dict[str, Callable[..., Awaitable[Figures]]] = {
-    each.__name__: each
-    for each in (
-        publish, record, write, prepare, play, listen, read, prepare_large, summarize, summarize_by_mcap,
-        record_long,
-    )
-}  # fmt: skip
+COROUTINES: dict[str, Callable[..., Awaitable[Figures]]] = {
+    each.__name__: each for each in (publish, record, play, listen, record_long)
+}
+FUNCTIONS: dict[str, Callable[..., Figures]] = {
+    each.__name__: each for each in (write, prepare, read, prepare_large, summarize, summarize_by_mcap)
+}
 
 
-async def _main(role: str, folder: str, arguments: str) -> None:
-    print(json.dumps(await ROLES[role](Path(folder), **json.loads(arguments))))
+def main(role: str, folder: str, arguments: str) -> None:
+    """Run a role, and print its figures."""
+    keywords = json.loads(arguments)
+
+    async def run() -> None:
+        print(json.dumps(await COROUTINES[role](Path(folder), **keywords)))
+
+    if role in COROUTINES:
+        actors.run(run, args=[])
+    else:
+        # As `actors.run` does, so that both sides of a ratio keep freed memory.
+        process.configure_process()
+        print(json.dumps(FUNCTIONS[role](Path(folder), **keywords)))
 
 
 if __name__ == "__main__":
-    actors.run(lambda: _main(*sys.argv[1:]), args=[])
+    main(*sys.argv[1:])
