@@ -79,7 +79,7 @@ WORKLOADS = {
     # Noise, which no compression makes smaller.
     "1 MiB images": Workload(
         Image(height=1024, width=1024, step=1024, encoding="mono8", data=random.Random(1).randbytes(MIB)),
-        1, 400, 8, 0.7, 0,
+        1, 400, 8, 0.7, 0.5,
     ),
 }  # fmt: skip
 

@@ -181,6 +181,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "top": Verb("show topics, nodes and services, live"),
     "web": Verb("show and control the graph in a browser", stays=True),
     "foxglove": Verb("serve the graph to Foxglove and its relatives", stays=True),
+    "rosbridge": Verb("serve the graph to roslib, roslibpy and other rosbridge clients", stays=True),
     "completion": Verb("print a shell script that completes verbs, options and names"),
     "bench": Verb("measure the performance of callboard on this machine"),
 }

@@ -81,6 +81,19 @@ def image_file_of(message: Any) -> ImageFile:
     return _from_pixels(message, memoryview(data), encoding)
 
 
+def rgb_file(width: int, pixels: bytes) -> bytes:
+    """Return a PNG file.
+
+    Args:
+        width: In pixels.
+        pixels: Three bytes for each, row by row, without anything between the rows.
+    """
+    stride = 3 * width
+    view = memoryview(pixels)
+    rows = (view[at : at + stride] for at in range(0, len(pixels), stride))
+    return _png(width, len(pixels) // stride, _ENCODINGS["rgb8"], rows)
+
+
 def _field(message: Any, name: str, *kinds: type[Any]) -> Any:
     try:
         value = value_at(message, name)

@@ -53,13 +53,14 @@ class _Channel(Generic[M]):
         limit: Messages at most.
 
     Attributes:
+        limit: As given.
         volatile: Bytes of messages that may be dropped for others.
     """
 
-    __slots__ = ("_latched", "_limit", "_newest", "_of_source", "_waiting", "volatile")
+    __slots__ = ("_latched", "_newest", "_of_source", "_waiting", "limit", "volatile")
 
     def __init__(self, limit: int) -> None:
-        self._limit = limit
+        self.limit = limit
         self._waiting: deque[_Waiting[M]] = deque()
         self._of_source: Counter[bytes] = Counter()
         """Messages of each publisher of a latched topic."""
@@ -83,9 +84,9 @@ class _Channel(Generic[M]):
         else:
             self.volatile += size
         dropped = 0
-        while (self.volatile > MAX_CHANNEL_BYTES or len(self) > self._limit) and self.drop(keep_last=True):
+        while (self.volatile > MAX_CHANNEL_BYTES or len(self) > self.limit) and self.drop(keep_last=True):
             dropped += 1
-        while len(self) > 1 and (self._latched > MAX_LATCHED_BYTES or len(self) > self._limit):
+        while len(self) > 1 and (self._latched > MAX_LATCHED_BYTES or len(self) > self.limit):
             self._remove(0)
             dropped += 1
         return dropped
@@ -147,6 +148,15 @@ class SendQueue(Generic[K, M]):
             limit: Messages that wait at most.
         """
         self._channels[key] = _Channel(limit)
+
+    def set_limit(self, key: K, limit: int) -> None:
+        """Let another number of messages of a channel wait, from the next message on.
+
+        Args:
+            key: Of the channel.
+            limit: Messages that wait at most.
+        """
+        self._channels[key].limit = limit
 
     def close(self, key: K) -> None:
         """Close a channel; its messages no longer wait."""

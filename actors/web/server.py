@@ -27,6 +27,7 @@ from actors.web.routes import (
     openapi,
     operations,
     parameters,
+    rosbridge,
     session,
 )
 from actors.web.routes.request_body import check_headers, expect_nothing, receive_body, refuse_body
@@ -66,7 +67,7 @@ ROUTES: Final = (
 """The order matters: in `graph` the rest of a path is a name, so it comes after `echo`, `images` and so
 on."""
 
-TOOLS: Final = {each.name: each for each in (foxglove.TOOL,)}
+TOOLS: Final = {each.name: each for each in (foxglove.TOOL, rosbridge.TOOL)}
 """The live tools, by name."""
 
 STOP_SEC: Final = 1.0
@@ -159,7 +160,8 @@ class WebServer:
             name: Of the tool.
         """
         base = self.url.replace("http", "ws", 1) + (name if self._options.page else "")
-        return f"{base}?token={self.token}" if self._needs_token else base
+        needed = self._app[STATE].private if TOOLS[name].open_control else self._needs_token
+        return f"{base}?token={self.token}" if needed else base
 
     @property
     def _needs_token(self) -> bool:

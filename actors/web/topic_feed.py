@@ -151,6 +151,20 @@ class TopicListener:
         """
         await self._feed.answer.accepted()
 
+    def decode(self, data: bytes, most: int = MAX_BYTES) -> Any:
+        """Return a message as an instance of its class, or as a dict. A thread may call it.
+
+        Args:
+            data: Its bytes.
+            most: How many there may be.
+
+        Raises:
+            InvalidMessageError: The bytes are not a message of the type, or too many.
+        """
+        if len(data) > most:
+            raise InvalidMessageError(f"The message has {len(data)} bytes; those of up to {most} are shown")
+        return self._feed.decode(data)
+
     def close(self) -> None:
         """Stop listening."""
         self._feed.remove(self)
@@ -189,20 +203,6 @@ class TopicReader(TopicListener):
         taken = [*self._waiting]
         self._waiting.clear()
         return taken
-
-    def decode(self, data: bytes, most: int = MAX_BYTES) -> Any:
-        """Return a message as an instance of its class, or as a dict. A thread may call it.
-
-        Args:
-            data: Its bytes.
-            most: How many there may be.
-
-        Raises:
-            InvalidMessageError: The bytes are not a message of the type, or too many.
-        """
-        if len(data) > most:
-            raise InvalidMessageError(f"The message has {len(data)} bytes; those of up to {most} are shown")
-        return self._feed.decode(data)
 
 
 class TopicFeed:

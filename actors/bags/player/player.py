@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self, Unpack
 
-from actors.bags.player.alarm import Alarm
 from actors.bags.player.bag_source import BagSource
 from actors.bags.player.options import PlayerOptions
 from actors.bags.player.read_ahead import ReadAhead
@@ -40,11 +39,10 @@ EVERYTHING: Final = Selection(
     all_topics=True, all_services=True, all_actions=True, include_hidden_topics=True
 )
 DEFAULTS: Final = PlayerOptions()
-EARLY_NS: Final = 100_000
-"""A message may be published this much early: another wait would not end more exactly."""
-TURN_MESSAGES: Final = 500
-"""Limit for the messages published in one turn of the loop, so that other tasks get their turn after some
-milliseconds. Those of a topic share a frame."""
+EARLY_NS: Final = 500_000
+"""Publish a message up to this early: a loop wakes up at whole milliseconds, up to one too late."""
+TURN_MESSAGES: Final = 100
+"""Limit for the messages published in one turn of the loop, so that other tasks get their turn."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -133,7 +131,6 @@ class Player:
         options = self._options
         self._changed = asyncio.Event()
         self._burst_lock = asyncio.Lock()
-        self._alarm = Alarm(self._changed.set)
         self._ahead = ReadAhead(options.read_ahead, self._changed.set)
         excluded = frozenset({CLOCK_TOPIC} if options.publishes_clock else ())
         try:
@@ -155,7 +152,6 @@ class Player:
             )
             await self.node.__aenter__()
         except BaseException:
-            self._alarm.close()
             await self._ahead.close()
             raise
         self._begin()
@@ -175,7 +171,6 @@ class Player:
             self._settle_burst()
             await self._tasks.cancel()
             self._lines.close()
-            self._alarm.close()
             await self._ahead.close()
         finally:
             await self.node.__aexit__(kind, error, traceback)
@@ -400,13 +395,16 @@ class Player:
 
     async def _until_changed(self, wait_ns: int | None) -> None:
         """Wait until something changes, for `wait_ns` at most; then log invalid messages."""
+        timer = None
         if wait_ns is not None:
-            self._alarm.set(wait_ns)
+            loop = asyncio.get_running_loop()
+            timer = loop.call_later((wait_ns - EARLY_NS) / NS_PER_SEC, self._changed.set)
         try:
             await self._changed.wait()
         finally:
             self._changed.clear()
-            self._alarm.cancel()
+            if timer is not None:
+                timer.cancel()
         for topic in self._source.topics:
             if topic.problem:
                 if self._lines.admits("messages that are not played"):

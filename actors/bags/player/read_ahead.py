@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
@@ -20,13 +19,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-BATCH: Final = 500
-"""Messages that the thread reads before it hands them over: some milliseconds of work. The messages of many
-topics share frames only if enough of them are there in one turn of the loop."""
-UNINTERRUPTED: Final = 50
-"""Messages that the thread reads before it lets the loop run, which would be late otherwise."""
-PAUSE_SEC: Final = 1e-6
-"""A shorter one would not let another thread run."""
+BATCH: Final = 100
+"""Messages that the thread reads before it hands them over: some milliseconds of work."""
 MAX_BYTES: Final = 64 * 1024 * 1024
 """Limit for the memory of waiting messages, whatever their number: a second of a camera."""
 
@@ -114,8 +108,6 @@ class ReadAhead:
                 size += len(message.data)
                 if size > MAX_BYTES // 8:
                     break
-                if not len(found) % UNINTERRUPTED:
-                    time.sleep(PAUSE_SEC)
         except (CallboardError, OSError) as error:
             self._thread_error = error
         return found

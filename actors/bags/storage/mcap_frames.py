@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import struct
+import zlib
 from io import BytesIO
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
@@ -19,7 +20,6 @@ from mcap.opcode import Opcode
 
 from actors.bags.errors import InvalidBagError
 from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, open_regular
-from actors.bags.storage.checksum import crc32
 from actors.bags.storage.compression import CompressionError, decompress
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ class McapFrames:
             self.fail(offset, f"a chunk cannot be read: {error}")
         if len(data) != size:
             self.fail(offset, f"a chunk announces {size:,} bytes, and has {len(data):,}")
-        if crc and crc32(data, 0) != crc:
+        if crc and zlib.crc32(data) != crc:
             self.fail(offset, "the checksum of a chunk is wrong: its bytes were changed")
         return data
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import os
 import struct
+import zlib
 from collections import defaultdict, deque
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -40,7 +41,6 @@ from mcap.well_known import Profile
 
 from actors.bags.contents.qos_lists import qos_text
 from actors.bags.errors import BagError, BagExistsError, write_error
-from actors.bags.storage.checksum import crc32
 from actors.bags.storage.compression import compressor
 
 if TYPE_CHECKING:
@@ -277,7 +277,7 @@ class McapFileWriter:
             pieces = [b"".join(pieces)]
         crc = 0
         for piece in pieces:
-            crc = crc32(piece, crc)
+            crc = zlib.crc32(piece, crc)
         return pieces if self._compress is None else [self._compress(pieces[0])], crc
 
     def add_metadata(self, name: str, items: Mapping[str, str]) -> None:
@@ -373,8 +373,8 @@ class McapFileWriter:
                 offsets.append(_bytes_of(SummaryOffset(opcode, position, length)))
             records += group
             position += length
-        crc = crc32(b"".join((*records, *offsets)), 0)
-        crc = crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, position), crc)
+        crc = zlib.crc32(b"".join((*records, *offsets)))
+        crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, position), crc)
         footer = _bytes_of(Footer(summary_start=start, summary_offset_start=position, summary_crc=crc))
         return [end, b"".join((*records, *offsets)), footer, MAGIC]
 

@@ -29,6 +29,7 @@ def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     add_server_options(parser, listen=DEFAULT_LISTEN, control="calls, goals, parameters and transitions")
     parser.add_flag("--foxglove", help="serve Foxglove, too, as `callboard foxglove` does")
+    parser.add_flag("--rosbridge", help="serve clients of rosbridge, too, as `callboard rosbridge` does")
     add_origin_option(parser)
     parser.add_flag("--no-browser", help="open no browser")
 
@@ -45,13 +46,13 @@ def run(options: Options) -> int:
 
         address = printed_address(server, server.url_with_token, options.token)
         announce(server, f"callboard web listening on {address}")
-        if options.foxglove:
-            tool = printed_address(server, server.tool_url("foxglove"), options.token)
-            print_out(f"Foxglove: {tool}")
+        for tool, name in tools.items():
+            print_out(f"{name}: {printed_address(server, server.tool_url(tool), options.token)}")
         with browser_address(server.url_with_token) as opened:
             if not options.no_browser:
                 await asyncio.to_thread(webbrowser.open, opened)
             await asyncio.Event().wait()
 
-    tools = ("foxglove",) if options.foxglove else ()
-    return serve(options, attend, tools=tools)
+    names = {"foxglove": "Foxglove", "rosbridge": "rosbridge"}
+    tools = {tool: name for tool, name in names.items() if getattr(options, tool)}
+    return serve(options, attend, tools=tuple(tools))

@@ -22,11 +22,14 @@ class LiveTool:
         name: As in `WebOptions.tools`.
         handler: Answers requests to connect.
         origins: Sites of the tool itself, whose pages may connect.
+        open_control: Whether control needs no token where reading needs none: its usual clients have no place
+            for one, other programs of this machine can ask the broker, and pages of other sites are refused.
     """
 
     name: str
     handler: Callable[[web.Request], Awaitable[web.StreamResponse]]
     origins: frozenset[str] = frozenset()
+    open_control: bool = False
 
     @property
     def path(self) -> str:

@@ -113,7 +113,9 @@ def tool_of(request: web.Request) -> LiveTool | None:
 
 def control_refusal(request: web.Request) -> str:
     """Return why a request may not control anything; "" if it may."""
-    refusal = state_of(request).policy.refuses_control(known=request[SHOWS_TOKEN])
+    state, tool = state_of(request), tool_of(request)
+    is_open = tool is not None and tool.open_control and not state.private
+    refusal = state.policy.refuses_control(known=request[SHOWS_TOKEN] or is_open)
     return "" if refusal is None else refusal.reason
 
 
