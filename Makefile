@@ -119,9 +119,10 @@ rclpy-tests: $(READY) $(ROS2_READY)
 ros2cli-bridge: $(READY) $(ROS2_READY)
 	@$(BIN)/python -m tests.upstream.bridged_ros2cli "$(or $(UPSTREAM),$(error make ros2cli-bridge UPSTREAM=folder with checkouts of ros2cli and rosidl_runtime_py))"
 
-# Tests of packages from the package index that are written for rclpy.
-judges: $(READY)
+# Tests of packages from the package index that are written for rclpy, and clients of rosbridge.
+judges: $(READY) $(NPM_READY)
 	@$(BIN)/python -m tests.upstream.distributions
+	@$(BIN)/python -m tests.upstream.rosbridge_clients
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

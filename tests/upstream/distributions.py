@@ -63,8 +63,14 @@ def environment(*requirements: str) -> Path:
     return python
 
 
-def _judge(judge: Judge, python: Path) -> int:
-    folder = WORK / judge.requirement
+def unpacked(requirement: str, python: Path) -> Path:
+    """Return the folder with a source distribution, which is downloaded.
+
+    Args:
+        requirement: What pip downloads.
+        python: The interpreter whose pip does it.
+    """
+    folder = WORK / requirement
     pip = (str(python), "-m", "pip")
     _run(
         *pip,
@@ -74,14 +80,18 @@ def _judge(judge: Judge, python: Path) -> int:
         "--no-binary=:all:",
         "--dest",
         str(folder),
-        judge.requirement,
+        requirement,
     )
     archive = next(folder.glob("*.tar.gz"))
     with tarfile.open(archive) as source:
         source.extractall(folder, filter="data")
-    unpacked = folder / archive.name.removesuffix(".tar.gz")
-    _run(*pip, "install", "--quiet", str(unpacked))
-    return run_tests(python, judge, unpacked, folder / "report.xml")
+    return folder / archive.name.removesuffix(".tar.gz")
+
+
+def _judge(judge: Judge, python: Path) -> int:
+    folder = unpacked(judge.requirement, python)
+    _run(str(python), "-m", "pip", "install", "--quiet", str(folder))
+    return run_tests(python, judge, folder, folder.parent / "report.xml")
 
 
 def run_tests(python: Path, judge: Judge, folder: Path, report: Path, paths: tuple[Path, ...] = ()) -> int:
