@@ -37,15 +37,25 @@ def stamps_attribute(first: int, stamps: Sequence[int]) -> Options | None:
     return {STAMPS: numbers.tobytes()}
 
 
-def stamps_from(attributes: Options) -> Sequence[int]:
-    """Return the number of a message and the times of those from it on; empty if the attributes have none."""
+def stamps_from(attributes: Options, first: int, count: int) -> Sequence[int]:
+    """Return the number of a message and the times of those from it on; empty if the attributes have none.
+
+    Only those of the batch: a batch may wait for long, and its sender may have written any number of them.
+
+    Args:
+        attributes: Those of a batch.
+        first: The number of its first message.
+        count: How many messages it has.
+    """
     data = attributes.get(STAMPS)
-    if not isinstance(data, bytes) or len(data) % _BYTES:
+    if not isinstance(data, bytes) or not data or len(data) % _BYTES:
         return ()
     numbers = array("Q", data)
     if not _LITTLE_ENDIAN:  # pragma: no cover
         numbers.byteswap()
-    return numbers
+    skipped = max(first - numbers[0], 0)
+    kept = numbers[1 + skipped : 1 + max(first + count - numbers[0], 0)]
+    return array("Q", (numbers[0] + skipped, *kept))
 
 
 def stamp_of(stamps: Sequence[int], number: int, others: int) -> int:

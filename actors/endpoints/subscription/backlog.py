@@ -74,7 +74,10 @@ class QueuedBatch:
         self.index = 0
         self.numbers = numbers
         self.stamp_ns = batch.stamp_ns
-        self.stamps = () if batch.attributes is None else stamps_from(batch.attributes)
+        attributes = batch.attributes
+        self.stamps = (
+            () if attributes is None else stamps_from(attributes, batch.first_sequence, batch.length)
+        )
         self.received_ns = received_ns
         self.end = 0
         self.size = 0
