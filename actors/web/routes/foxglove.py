@@ -32,7 +32,9 @@ async def foxglove(request: web.Request) -> web.StreamResponse:
     state = state_of(request)
     refusal = control_refusal(request)
     most = limits.MAX_READ_ONLY_MESSAGE_BYTES if refusal else limits.MAX_MESSAGE_BYTES
-    async with open_web_socket(request, most=most, subprotocol=chosen) as socket:
+    async with open_web_socket(
+        request, most=most, subprotocol=chosen, heartbeat_sec=2 * limits.UNREAD_SEC
+    ) as socket:
         client = FoxgloveClient(
             socket,
             workspace_of(request),

@@ -24,7 +24,12 @@ HANDSHAKE_HEADERS: Final = (
 
 @asynccontextmanager
 async def open_web_socket(
-    request: web.Request, *, most: int, compress: bool = False, subprotocol: str = ""
+    request: web.Request,
+    *,
+    most: int,
+    compress: bool = False,
+    subprotocol: str = "",
+    heartbeat_sec: float = HEARTBEAT_SEC,
 ) -> AsyncGenerator[web.WebSocketResponse]:
     """Open the WebSocket of a request; close it at the end of the context, or when the server stops.
 
@@ -33,6 +38,8 @@ async def open_web_socket(
         most: Bytes of a message from the client.
         compress: Whether messages are compressed if the client can.
         subprotocol: What is spoken; the client has offered it.
+        heartbeat_sec: Seconds without anything from the client until it is pinged; it has half as many to
+            answer, also if what waits for it on a slow link comes first.
 
     Raises:
         web.HTTPBadRequest: It is no handshake.
@@ -44,7 +51,7 @@ async def open_web_socket(
     state = state_of(request)
     with state.live_connection(request):
         socket = web.WebSocketResponse(
-            heartbeat=HEARTBEAT_SEC,
+            heartbeat=heartbeat_sec,
             max_msg_size=most + 1,  # aiohttp refuses a message of exactly this size
             compress=compress,
             protocols=(subprotocol,) if subprotocol else (),

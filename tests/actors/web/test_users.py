@@ -24,6 +24,7 @@ from actors.web.users import NoUsersError
 from broker.access.credentials import hash_token
 from broker.access.editing import NEW_FILE, add_user
 from tests.actors.meeting import DEADLINE_SEC, Meeting, stop_budget_clock, until
+from tests.actors.web.foxglove.peer import SDK, Peer
 from tests.actors.web.site import Page, Site
 
 if TYPE_CHECKING:
@@ -127,6 +128,29 @@ async def test_each_sees_what_the_rules_allow(site: GuardedSite) -> None:
         assert "no user with this token" in (await site.answer(token, "/api/nodes", 401))["error"]
     assert (await site.answer(ZOE, "/api/session"))["user"] == "zoe"
     assert (await site.answer(SERVER, "/api/session"))["user"] == "operator"
+
+
+async def test_foxglove_does_what_the_rules_allow(guarded: Meeting) -> None:
+    """With a user's token in the address it sees and publishes what that user may; without one nothing."""
+    zoes = await guarded.node("driver", namespace="/zoe")
+    zoes.create_publisher(String, "/zoe/status")
+    (await guarded.node("ours")).create_publisher(String, "/ours/status")
+    options = WebOptions(port=0, allow_control=True, users=True, page=False, tools=("foxglove",))
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, guarded, options).open()
+        async with site.client.get("/", headers={"Sec-WebSocket-Protocol": SDK}) as refused:
+            assert refused.status == 401
+        socket = await stack.enter_async_context(site.client.ws_connect(f"/?token={ZOE}", protocols=[SDK]))
+        peer = Peer(socket)
+        await peer.until(lambda: "/zoe/status" in peer.channels)
+        channels = [
+            {"id": number, "topic": topic, "encoding": "json", "schemaName": "std_msgs/String"}
+            for number, topic in enumerate(("/zoe/cmd", "/ours/cmd"))
+        ]
+        await peer.send("advertise", channels=channels)
+        await peer.until(lambda: "/zoe/cmd" in peer.channels and peer.statuses)
+        assert peer.statuses[0].startswith("'/ours/cmd': ")
+        assert "/ours/status" not in peer.channels
 
 
 async def test_each_does_what_the_rules_allow(site: GuardedSite, guarded: Meeting) -> None:
