@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import sys
 from contextlib import aclosing, asynccontextmanager, contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.stdin import pieces
 from proto.aio.tasks import cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Awaitable, Callable, Generator
+
+
+_KEY: Final = re.compile(r"\x1b\[[0-9;]*[@-~]|\x1bO.|.", re.DOTALL)
+"""A key such as an arrow, which sends several characters, or any other."""
 
 
 @asynccontextmanager
@@ -49,10 +54,8 @@ async def keys() -> AsyncGenerator[str]:
         return
     with _unbuffered(number), suppress(OSError):  # its window has been closed
         async for text in pieces():
-            if text.startswith("\x1b"):
-                yield text
-                continue
-            for key in text:
+            # Keys that are held, or pressed while the program is busy, come as one text.
+            for key in _KEY.findall(text):
                 yield key
 
 

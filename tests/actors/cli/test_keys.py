@@ -23,6 +23,15 @@ async def test_keys_end_with_their_terminal(monkeypatch: pytest.MonkeyPatch) -> 
                 os.write(window, b"a\n")
                 assert await anext(pressed) == "a"
                 assert await anext(pressed) == "\n"
+                # Keys that are held come together.
+                os.write(window, b"\x1b[C\x1b[1;5Ax\x1bOA\n")
+                assert [await anext(pressed) for _ in range(5)] == [
+                    "\x1b[C",
+                    "\x1b[1;5A",
+                    "x",
+                    "\x1bOA",
+                    "\n",
+                ]
                 os.close(window)
                 window = -1
                 with pytest.raises(StopAsyncIteration):
