@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, Unpack
 
 from actors.bags.errors import BagError
 from actors.bags.recorder.buffers import SnapshotRing
+from actors.bags.recorder.discovery import Discovery
 from actors.bags.recorder.losses import losses_of
 from actors.bags.recorder.message_collector import MessageCollector, Source
 from actors.bags.recorder.options import MAX_CACHE_SIZE, RecorderOptions
@@ -32,10 +33,10 @@ from actors.logging.limited_lines import LimitedLines
 from actors.node.node import Node
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
     from types import TracebackType
 
-    from actors.graph.changes import GraphWatch
+    from actors.graph.snapshot import GraphSnapshot
     from actors.node.options import NodeKeywords
 
 NODE_NAME: Final = "bag_recorder"
@@ -88,7 +89,9 @@ class Recorder:
     Attributes:
         path: As given.
         node: The node. Other nodes control it through its services `~/pause`, `~/resume`, `~/toggle_paused`,
-            `~/is_paused`, `~/split_bagfile`, `~/snapshot`, `~/stop` and `~/get_report`.
+            `~/is_paused`, `~/split_bagfile`, `~/snapshot`, `~/start_discovery`, `~/stop_discovery`,
+            `~/is_discovery_running`, `~/stop` and `~/get_report`.
+        discovery: Finds topics that appear; it can be stopped, and started again.
 
     Raises:
         InvalidNameError, InvalidUrlError and others: As `Node`.
@@ -115,6 +118,7 @@ class Recorder:
         self._lines = LimitedLines(self._log.warning)
         self._split_events = self.node.create_publisher(WriteSplitEvent, "events/write_split", 1)
         self._tasks = SupervisedTasks("Recording", self._log)
+        self.discovery = Discovery(self.node, self._tasks, self._look)
         RecorderServices(self.node, self, has_snapshots=options.snapshot_mode)
 
     async def __aenter__(self) -> Self:
@@ -154,13 +158,9 @@ class Recorder:
             finally:
                 await self.node.__aexit__(type(error), error, error.__traceback__)
             raise
-        watch = self.node.watch_graph()
-        looked: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._tasks.start(self._follow(watch, looked))
         self._tasks.start(self._check())
         try:
-            if self.node.connected:
-                await looked
+            await self.discovery.begin(once=options.no_discovery)
         except BaseException as error:
             await self.__aexit__(type(error), error, error.__traceback__)
             raise
@@ -307,24 +307,8 @@ class Recorder:
 
     # Tasks and callbacks
 
-    async def _follow(self, watch: GraphWatch, looked: asyncio.Future[None]) -> None:
-        try:
-            async for changes in watch.batches():
-                snapshot = watch.snapshot
-                names = {each.name for each in changes if each.name}
-                await self._follower.look(snapshot, names)
-                if not looked.done():
-                    # The answer comes after the subscriptions are declared, so publishers match from here on.
-                    await self.node.get_graph()
-                    looked.set_result(None)
-                    if self._options.no_discovery:
-                        break
-        except BaseException as error:
-            if not looked.done():
-                looked.set_exception(error)
-            raise
-        finally:
-            watch.destroy()
+    async def _look(self, snapshot: GraphSnapshot, names: Collection[str]) -> None:
+        await self._follower.look(snapshot, names)
 
     async def _check(self) -> None:
         """Log invalid messages; end the recording if no message arrives for `until_no_messages_sec`."""

@@ -23,12 +23,15 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.interfaces.rosbag2_interfaces.srv import (
+    IsDiscoveryRunning,
     IsPaused,
     Pause,
     Resume,
     Snapshot,
     SplitBagfile,
+    StartDiscovery,
     Stop,
+    StopDiscovery,
     TogglePaused,
 )
 from actors.interfaces.rosgraph_msgs.msg import Clock
@@ -276,6 +279,34 @@ async def test_other_nodes_control_it(meeting: Meeting, tmp_path: Path) -> None:
     assert events == [
         WriteSplitEvent(closed_file=str(first), opened_file=str(second), node_name="/bag_recorder")
     ]
+
+
+async def test_discovery_can_be_stopped(meeting: Meeting, tmp_path: Path) -> None:
+    """Topics that appear meanwhile are not recorded before it goes on."""
+    node = await meeting.node("remote")
+
+    async def call(srv_type: Any, name: str) -> Any:
+        client = node.create_client(srv_type, f"/bag_recorder/{name}")
+        try:
+            return await client.call(srv_type.Request())
+        finally:
+            client.destroy()
+
+    async with recorder(meeting, tmp_path / "trip", selection=Selection(regex="^/t")) as recording:
+        assert (await call(IsDiscoveryRunning, "is_discovery_running")).running
+        refused = await call(StartDiscovery, "start_discovery")
+        assert (refused.return_code, refused.error_string) == (1, "Discovery is already running")
+        assert (await call(StopDiscovery, "stop_discovery")).return_code == 0
+        assert not (await call(IsDiscoveryRunning, "is_discovery_running")).running
+        assert (await call(StopDiscovery, "stop_discovery")).return_code == 1
+        talker = node.create_publisher(String, "/talk", 1000)
+        await meeting.settled(node, recording.node)
+        assert not recording.statistics().topics
+        assert (await call(StartDiscovery, "start_discovery")).return_code == 0
+        await talker.wait_for_subscriptions()
+        talker.publish(String(data="x"))
+        await written(recording, 1)
+    assert texts(tmp_path / "trip") == ["x"]
 
 
 async def test_snapshots(meeting: Meeting, tmp_path: Path) -> None:
