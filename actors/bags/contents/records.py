@@ -8,16 +8,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from actors.interfaces import cdr
 from actors.interfaces.definition_texts import ROS2MSG, class_of_definition, definition_text, has_stated_hash
+from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
+from actors.interfaces.fields import fields_of
 from actors.interfaces.message import type_hash, type_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
+
+    from typing_extensions import Buffer
 
     from actors.interfaces.message import Message
     from actors.qos.profile import QoSProfile
 
 CDR = "cdr"
 """The encoding of ROS 2's messages, the only one that callboard decodes."""
+
+_MAX_EMPTY_BYTES = 8
+"""Bytes of a message without fields: a header of four, and one, which is filled up to four."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +77,39 @@ class BagTopic:
             InvalidMessageError: No class can be made from the definition.
             UnknownInterfaceError: The bag has no definition, and the type is not installed.
         """
-        return class_of_definition(self.type_name, self.definition, self.definition_format)
+        found = class_of_definition(self.type_name, self.definition, self.definition_format)
+        if self._is_empty(found) and self.type_hash and type_hash(found) != self.type_hash:
+            raise UnknownInterfaceError(self._lacks_definition)
+        return found
+
+    def decoder(self) -> Callable[[Buffer], Message]:
+        """Return what decodes its messages from CDR.
+
+        It raises InvalidMessageError for bytes that are not of this type. If the bag has an empty definition
+        and the type is not installed, those are all that have contents.
+
+        Raises:
+            InterfaceSyntaxError, InvalidMessageError, UnknownInterfaceError: As for `message_class`.
+        """
+        cls = self.message_class()
+        decode: Callable[[Buffer], Message] = cdr.codec_for(cls).decode
+        if not self._is_empty(cls):
+            return decode
+
+        def decode_empty(data: Buffer) -> Message:
+            if memoryview(data).nbytes > _MAX_EMPTY_BYTES:
+                raise InvalidMessageError(self._lacks_definition)
+            return decode(data)
+
+        return decode_empty
+
+    def _is_empty(self, cls: type[Message]) -> bool:
+        """Return whether there is no definition, or that of a message without fields: both are empty."""
+        return (not self.definition or self.definition.isspace()) and not fields_of(cls)
+
+    @property
+    def _lacks_definition(self) -> str:
+        return f"The bag has an empty definition of {self.type_name}, and it is not installed here"
 
 
 class BagMessage(NamedTuple):
@@ -94,7 +133,7 @@ class BagMessage(NamedTuple):
             InvalidMessageError: The bytes are not a message of the type; or as for `BagTopic.message_class`.
             UnknownInterfaceError: As for `BagTopic.message_class`.
         """
-        return cdr.decode(self.topic.message_class(), self.data)
+        return self.topic.decoder()(self.data)
 
 
 @dataclass(frozen=True)

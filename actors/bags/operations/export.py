@@ -12,7 +12,6 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.bags.errors import BagError, write_error
-from actors.interfaces import cdr
 from actors.interfaces.arrays import NumericArray
 from actors.interfaces.fields import fields_of
 from actors.interfaces.message import Message
@@ -79,9 +78,9 @@ def export_csv(
                     file = paths[message.topic].open("x", encoding="utf-8", newline="")
                     writer = csv.writer(stack.enter_context(file))
                     writer.writerow((*_TIMES, *columns))
-                    found = writers[id(message.topic)] = writer, cdr.codec_for(cls)
-                writer, codec = found
-                values = _values(codec.decode(message.data))
+                    found = writers[id(message.topic)] = writer, message.topic.decoder()
+                writer, decode = found
+                values = _values(decode(message.data))
                 writer.writerow((message.log_time_ns, message.publish_time_ns, message.sequence, *values))
                 counts[message.topic.name] += 1
         except OSError as error:

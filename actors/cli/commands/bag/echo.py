@@ -35,7 +35,6 @@ def run(options: Options) -> int:
     from actors.bags.reader import Reader
     from actors.cli.message_printer import MessagePrinter
     from actors.endpoints.subscription.backlog import MessageInfo
-    from actors.interfaces import cdr
 
     printer = MessagePrinter(options)
     with Reader(options.bag_path) as reader:
@@ -45,8 +44,7 @@ def run(options: Options) -> int:
         _require_topic(reader, options.topic)
         for message in reader.messages([options.topic], start_ns):
             info = MessageInfo(message.publish_time_ns, message.log_time_ns, message.sequence, b"", "")
-            codec = cdr.codec_for(message.topic.message_class())
-            if printer.show(message.data, info, codec.decode) and options.once:
+            if printer.show(message.data, info, message.topic.decoder()) and options.once:
                 break
     return 0
 
