@@ -27,6 +27,7 @@ with lazy_imports(__name__):
     from actors.bags.errors import InvalidBagOptionError as InvalidBagOptionError
     from actors.bags.errors import MissingExtraError as MissingExtraError
     from actors.bags.player.options import PlayerOptions as PlayerOptions
+    from actors.bags.player.played_service import RequestsSource as RequestsSource
     from actors.bags.player.player import Player as Player
     from actors.bags.reader import BagSummary as BagSummary
     from actors.bags.reader import Reader as Reader

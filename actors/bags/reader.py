@@ -86,6 +86,8 @@ class Reader:
     Attributes:
         path: As given.
         damages: With `salvage`, the damages found so far, by file.
+        current_path: The file of the newest message; None before the first one. If the times of files
+            overlap, the file that was opened last.
 
     Raises:
         BagError: It cannot be read.
@@ -108,6 +110,7 @@ class Reader:
         self._salvage = salvage
         self._believes = believe_metadata
         self.damages: dict[Path, list[str]] = {}
+        self.current_path: Path | None = None
         self._metadata: BagMetadata | None = None
         self._problems: list[str] = []
         self._paths = self._find_files()
@@ -310,7 +313,9 @@ class Reader:
             yield from self._of_file(path, chosen, order)
 
     def _of_file(self, path: Path, chosen: Filter, order: Order) -> Iterator[BagMessage]:
-        yield from self.open_file(path).messages(chosen, order)
+        file = self.open_file(path)
+        self.current_path = path
+        yield from file.messages(chosen, order)
         if len(self._paths) > 1 and path in self._files:
             self._files.pop(path).close()
 

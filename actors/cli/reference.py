@@ -24,8 +24,6 @@ DIFFERENCES: Final = {
     "bag convert -o": (
         "It is the folder of the new bag, whose settings are options. ROS 2 reads both from a YAML file."
     ),
-    "bag play --publish-service-requests": "It is left out: service events are played as what they are.",
-    "bag play --service-requests-source": "It is left out, as `--publish-service-requests`.",
     "bag play --storage-config-file": "It is left out: files are read as they are.",
     "bag record -s": "It writes MCAP files only: `sqlite3` is refused.",
     "bag record --max-cache-duration": "It is left out: `--max-cache-size` limits what a snapshot has.",
@@ -49,12 +47,22 @@ _BEHAVIOUR: Final = {
         "while callboard recorded. `-v` prints the bytes of topics only."
     ),
     "`bag list`": "It lists formats; callboard has no plugins.",
+    "`bag play`": (
+        "The node's name is `bag_player`. `-i BAG STORAGE` accepts the storage, but the files say what they "
+        "are. Requests that find no server, and those that fail, are counted; each has the node's deadline, "
+        "and playing ends when all are answered. The calls of actions are published as events. `~/seek` "
+        "fails for a time outside the bag; ROS 2 goes to the beginning, or beyond the end. The keys change "
+        "the rate by a tenth of itself instead of by 0.1."
+    ),
     "`bag reindex`": "It reads files whose end is missing up to the last whole chunk, and names them.",
     "`bag record`": (
         "The node's name is `bag_recorder`. `--compression` is callboard's; `--compression-mode file` and "
         "`message` compress messages in chunks, too, so that all readers of MCAP can read them. Each file "
         "starts with the newest latched messages. A named topic need not exist yet: its first message is "
-        "recorded. 10,000 messages of a topic may wait rather than 10."
+        "recorded. 10,000 messages of a topic may wait rather than 10. There is no `~/record`: the command "
+        "ends with `~/stop`. The services have Kilted's types; in ROS 2's next version `~/resume`, "
+        "`~/split_bagfile` and `~/stop` have more fields, and so other type hashes: its clients do not "
+        "match. `~/get_report` says what was lost, instead of its topic `events/rosbag2_messages_lost`."
     ),
     "all verbs": (
         "Options cannot be abbreviated (`--trunc` for `--truncate-length`). Exit codes tell failures apart, "

@@ -21,7 +21,7 @@ from actors.interfaces.action import action_types
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.described import described_types
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.fields import BINARY, FieldType
+from actors.interfaces.fields import BINARY, FieldType, nested_classes
 from actors.interfaces.message import (
     Action,
     Message,
@@ -32,7 +32,9 @@ from actors.interfaces.message import (
     type_name,
 )
 from actors.interfaces.registry import installed_interface
+from actors.interfaces.service_event import service_event
 from actors.interfaces.source import sequence_name
+from actors.interfaces.specs import PARTS
 from proto.wire.type_hash import hash_of
 
 MAX_ELEMENTS: Final = 1 << 20
@@ -76,6 +78,31 @@ def runtime_service(described: bytes) -> type[Service]:
     made = _Maker(described)
     parts = {part: made.message(f"{made.name}_{part}") for part in ("Request", "Response")}
     return cast("type[Service]", _checked(_namespace(Service, made.name, parts), described))
+
+
+def service_of_event(event: type[Message]) -> type[Service]:
+    """Return the class of the service whose calls a message class describes.
+
+    Args:
+        event: The message of service introspection, such as `std_srvs/srv/SetBool_Event`.
+
+    Returns:
+        The installed class if it is the same, or one that is made.
+
+    Raises:
+        InvalidMessageError: Such messages describe no calls of a service.
+    """
+    name = type_name(event).removesuffix("_Event")
+    installed = installed_interface(name)
+    candidates = [] if installed is None or not issubclass(installed, Service) else [installed]
+    nested = {type_name(each): each for each in nested_classes(cast("Any", event))}
+    parts = {part: nested.get(f"{name}_{part}") for part in PARTS["srv"]}
+    if None not in parts.values():
+        candidates.append(_namespace(Service, name, cast("dict[str, type[Message]]", parts)))
+    for each in candidates:
+        if type_hash(service_event(cast("Any", each))) == type_hash(event):
+            return each
+    raise InvalidMessageError(f"{type_name(event)} is no message about the calls of a service")
 
 
 def runtime_action(send_goal: bytes, get_result: bytes, feedback_message: bytes) -> type[Action]:

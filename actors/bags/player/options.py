@@ -13,6 +13,7 @@ from actors.bags.storage.bag_file import Order
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
+    from actors.bags.player.played_service import RequestsSource
     from actors.qos.profile import QoSProfile
 
 READ_AHEAD: Final = 1000
@@ -32,7 +33,7 @@ class PlayerOptions:
         start_paused: Publish nothing until `resume` is called.
         start_offset_sec: Start this many seconds after the first message.
         delay_sec: Seconds to wait before each pass through the bag.
-        duration_sec: Seconds of the bag to play; None (default) for all.
+        duration_sec: Seconds of the bag to play; 0: nothing, as in ROS 2; None (default) for all.
         until_ns: Play up to this time, in nanoseconds since 1970; None (default) for all. With a duration,
             the later end counts.
         order: Play messages by the times when they were received (Order.LOG, the default) or published
@@ -41,8 +42,12 @@ class PlayerOptions:
         clock_hz: How many times a second to publish the time of the bag on `/clock`, also while paused; 0
             (default) for never.
         clock_topics: Also publish it before each message of these topics; None for all topics.
-        remappings: Names to publish topics under, by recorded name.
+        remappings: Names to publish topics under, or to call services by, by recorded name.
         qos_overrides: QoS to publish topics with, by recorded name.
+        service_requests: Send recorded requests to their services instead of publishing the service events:
+            those that servers received, or those that clients sent; None (default): do not. Each request has
+            the node's deadline (`default_call_timeout_sec`, 60 s); playing ends when all are answered or have
+            failed.
         wait_for_all_acked_sec: At the end, wait up to this many seconds for all messages to reach the broker;
             0 for no limit, None (default) to not wait.
 
@@ -63,6 +68,7 @@ class PlayerOptions:
     clock_topics: Collection[str] | None = ()
     remappings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     qos_overrides: Mapping[str, QoSProfile] = field(default_factory=lambda: MappingProxyType({}))
+    service_requests: RequestsSource | None = None
     wait_for_all_acked_sec: float | None = None
 
     def __post_init__(self) -> None:

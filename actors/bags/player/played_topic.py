@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.interfaces.cdr import codec_for as cdr_codec_for
 from actors.interfaces.codec import codec_for
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ class PlayedTopic:
     Attributes:
         bag_topic: As given.
         msg_type: The class of its messages.
-        publisher: Publishes the messages; None if they cannot be played.
+        publisher: Publishes the messages; None if they are not published.
         published: Number of published messages.
         invalid: Number of messages that cannot be decoded; only the reading thread changes it.
         problem: Why the newest invalid message could not be converted; "" if there is none to report.
@@ -54,7 +53,7 @@ class PlayedTopic:
         self.published = 0
         self.invalid = 0
         self.problem = ""
-        self._decode: Callable[[Buffer], Message] = cdr_codec_for(self.msg_type).decode
+        self._decode: Callable[[Buffer], Message] = bag_topic.decoder()
         self._encode: Callable[[Message], bytes] = codec_for(self.msg_type).encode_decoded
 
     @property
@@ -62,11 +61,19 @@ class PlayedTopic:
         """Its name in the bag."""
         return self.bag_topic.name
 
-    def to_msgpack(self, data: bytes) -> bytes:
+    @property
+    def is_played(self) -> bool:
+        """Whether its messages are read."""
+        return self.publisher is not None
+
+    def to_msgpack(self, data: bytes) -> bytes | None:
         """Convert a message to msgpack.
 
         Args:
             data: The message as CDR.
+
+        Returns:
+            The message; None if it is not played.
 
         Raises:
             InvalidMessageError: It is not a message of this type, or would need too much memory.
@@ -83,3 +90,5 @@ class DueMessage(NamedTuple):
     time_ns: int
     """The time of the bag at which it is due."""
     publish_time_ns: int
+    split: tuple[str, str] | None = None
+    """For the first message of a further file: the path of the file before, and of this one."""

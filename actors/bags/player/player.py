@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, Final, Self, Unpack
 
 from actors.bags.player.bag_source import BagSource
 from actors.bags.player.options import PlayerOptions
+from actors.bags.player.played_service import PlayedService
 from actors.bags.player.read_ahead import ReadAhead
 from actors.bags.player.schedule import NS_PER_SEC, Schedule
+from actors.bags.player.service_requests import ServiceRequests
 from actors.bags.player.services import PlayerServices
 from actors.bags.player.topic_publishers import CLOCK_TOPIC, TopicPublishers
 from actors.bags.selection import Selection
@@ -29,6 +31,7 @@ from actors.node.node import Node
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from types import TracebackType
 
     from actors.bags.player.played_topic import DueMessage
@@ -57,10 +60,13 @@ class PlayingStatistics:
         is_paused: Whether the player is paused.
         is_playing: Whether it has not reached the end.
         passes: How many times it has reached the end.
-        published: Number of published messages.
+        published: Number of published messages, and of sent requests.
         dropped: Number of published messages that did not leave the node.
         invalid: Number of messages that were left out, as they are not valid messages of their topic's type.
-        topics: Number of published messages, by topic.
+        answered: Number of requests that have been answered.
+        failed: Number of requests that ended with an error, or without a reply in time.
+        unserved: Number of requests that were not sent, as their service had no server when they were due.
+        topics: Number of published messages or sent requests, by topic.
         problems: What cannot be played, each problem in one sentence.
     """
 
@@ -74,22 +80,25 @@ class PlayingStatistics:
     published: int
     dropped: int
     invalid: int
+    answered: int
+    failed: int
+    unserved: int
     topics: dict[str, int]
     problems: tuple[str, ...]
 
 
 class Player:
-    """Plays a bag, for the duration of an `async with` block.
+    """Plays a bag, or several at once, for the duration of an `async with` block.
 
     Args:
-        path: The folder of the bag, or a file of one.
+        path: The folder of the bag, or a file of one; or several of them, whose messages are merged by time.
         selection: The topics to play; default: all.
         options: How to play them.
         node_name: The name of the player's node.
         **keywords: Options of the node, such as `url`.
 
     Attributes:
-        path: As given.
+        paths: The bags.
         node: The node. Other nodes control it through its services `~/pause`, `~/resume`, `~/toggle_paused`,
             `~/is_paused`, `~/set_rate`, `~/get_rate`, `~/play`, `~/play_next`, `~/burst`, `~/seek` and
             `~/stop`.
@@ -100,14 +109,14 @@ class Player:
 
     def __init__(
         self,
-        path: str | Path,
+        path: str | Path | Iterable[str | Path],
         selection: Selection = EVERYTHING,
         options: PlayerOptions = DEFAULTS,
         *,
         node_name: str = NODE_NAME,
         **keywords: Unpack[NodeKeywords],
     ) -> None:
-        self.path = Path(path)
+        self.paths = [Path(each) for each in ([path] if isinstance(path, (str, Path)) else path)]
         self._selection, self._options = selection, options
         self.node = Node(node_name, use_global_arguments=False, **keywords)
         self._log = self.node.get_logger()
@@ -124,7 +133,7 @@ class Player:
         """Open the bag, create the publishers, and start to play.
 
         Raises:
-            BagError: The bag cannot be read, or has no messages.
+            BagError: A bag cannot be read, or there are no messages.
             BrokerUnreachable: As for a node.
             MissingExtraError: The extra `bags` is not installed.
         """
@@ -135,9 +144,10 @@ class Player:
         excluded = frozenset({CLOCK_TOPIC} if options.publishes_clock else ())
         try:
             self._source = await self._ahead.call(
-                BagSource, self.path, self._selection, excluded, options.order
+                BagSource, self.paths, self._selection, excluded, options.order, options.service_requests
             )
             self._publishers = TopicPublishers(self.node, self._source, options)
+            self._requests = ServiceRequests(self.node, self._source, options, self._lines)
             self._schedule = Schedule(
                 self._source.start_ns,
                 self._source.end_ns,
@@ -153,6 +163,13 @@ class Player:
             await self.node.__aenter__()
         except BaseException:
             await self._ahead.close()
+            raise
+        try:
+            if self._requests.has_services and self.node.connected:
+                # The answer comes after the clients are declared: the node knows by then which have a server.
+                await self.node.get_graph()
+        except BaseException as error:
+            await self.__aexit__(type(error), error, error.__traceback__)
             raise
         self._begin()
         if options.clock_hz:
@@ -201,7 +218,7 @@ class Player:
 
         Args:
             start_offset_ns: Start this many nanoseconds after the first message.
-            duration_ns: Nanoseconds of the bag to play; None for all.
+            duration_ns: Nanoseconds of the bag to play; 0: nothing, as in ROS 2; None for all.
             until_ns: Play up to this time of the bag; None for all.
 
         Returns:
@@ -214,6 +231,10 @@ class Player:
         return True
 
     def _begin(self) -> None:
+        if self._schedule.is_empty:
+            self._log.warning(
+                "Nothing is played: the end is before the start, or the duration is 0; -1 plays all"
+            )
         self._tasks.begin()
         self._schedule.start(time.monotonic_ns())
         self._read_from_beginning()
@@ -337,6 +358,9 @@ class Player:
             passes=self._passes,
             published=sum(topics.values()),
             dropped=self._publishers.dropped,
+            answered=self._requests.answered,
+            failed=self._requests.failed,
+            unserved=self._requests.unserved,
             invalid=sum(each.invalid for each in self._source.topics),
             topics=topics,
             problems=tuple(self._source.problems),
@@ -356,34 +380,54 @@ class Player:
                 continue
             if message is None or message.time_ns > schedule.stop_ns:
                 in_turn = 0
-                if schedule.is_paused:
-                    # `seek` may still go back, so the playing does not end while paused.
-                    self._settle_burst()
-                    await self._until_changed(None)
+                if await self._goes_on():
                     continue
-                self._passes += 1
-                if not self._options.loop:
-                    break
-                schedule.start_again(time.monotonic_ns())
-                self._read_from_beginning()
-                continue
+                break
             wait_ns = schedule.wait_ns(message.time_ns, time.monotonic_ns())
             if wait_ns is None or wait_ns > EARLY_NS:
                 in_turn = 0
                 await self._until_changed(wait_ns)
                 continue
             ahead.pop()
-            await self._publishers.publish(message)
+            if message.split is None and message.topic.publisher is not None:
+                await self._publishers.publish(message)
+            else:
+                await self._play_other(message)
             if schedule.is_paused:
                 self._note_step(message)
             in_turn += 1
             if in_turn >= TURN_MESSAGES:
                 in_turn = 0
                 await asyncio.sleep(0)
+        await self._requests.finish()
         if self._options.wait_for_all_acked_sec is not None:
             await self._publishers.flush(self._options.wait_for_all_acked_sec or None)
         self._playing = None
         self._tasks.end()
+
+    async def _play_other(self, message: DueMessage) -> None:
+        """Play a message that is a request, or the first one of a further file."""
+        if message.split is not None:
+            self._publishers.publish_split(*message.split)
+        if isinstance(message.topic, PlayedService):
+            await self._requests.send(message, message.topic)
+        else:
+            await self._publishers.publish(message)
+
+    async def _goes_on(self) -> bool:
+        """At the end of the bag, return whether there may be more to play."""
+        schedule = self._schedule
+        if schedule.is_paused:
+            # `seek` may still go back, so the playing does not end while paused.
+            self._settle_burst()
+            await self._until_changed(None)
+            return True
+        self._passes += 1
+        if not self._options.loop or schedule.is_empty:
+            return False
+        schedule.start_again(time.monotonic_ns())
+        self._read_from_beginning()
+        return True
 
     def _note_step(self, message: DueMessage) -> None:
         schedule = self._schedule

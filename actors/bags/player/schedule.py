@@ -31,7 +31,7 @@ class Schedule:
         rate: Seconds of the bag to play per second.
         start_offset_ns: Start this many nanoseconds after the first message.
         delay_ns: Nanoseconds to wait before each pass through the bag.
-        duration_ns: Nanoseconds of the bag to play; None for all.
+        duration_ns: Nanoseconds of the bag to play; 0: nothing; None for all.
         until_ns: Play up to this time of the bag; None for all. With a duration, the later end counts.
         is_paused: Whether to start paused.
 
@@ -79,9 +79,15 @@ class Schedule:
             until_ns: As for the class.
         """
         self.begin_ns = self.start_ns + start_offset_ns
-        limits = [] if duration_ns is None else [self.begin_ns + duration_ns]
+        # As in ROS 2: a duration of 0 is no time at all, rather than that of the first message.
+        limits = [] if duration_ns is None else [self.begin_ns + duration_ns if duration_ns else 0]
         limits += [] if until_ns is None else [until_ns]
         self.stop_ns = min(max(limits, default=self.end_ns), self.end_ns)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no time of the bag to play."""
+        return self.stop_ns < self.begin_ns
 
     def start(self, now_ns: int) -> None:
         """Begin a pass through the bag, after the delay.

@@ -6,11 +6,13 @@ import asyncio
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.bags.player.played_service import PlayedService
 from actors.bags.player.playing_qos import playing_qos
 from actors.bags.player.schedule import NS_PER_SEC
 from actors.endpoints.publisher.publisher import MAX_STAMP_NS
 from actors.errors import PublisherRefused, WaitTimeout
 from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.rosbag2_interfaces.msg import ReadSplitEvent
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from proto.errors import CallboardError
@@ -51,9 +53,12 @@ class TopicPublishers:
             self._log.warning(problem)
         by_name: defaultdict[str, list[PlayedTopic]] = defaultdict(list)
         for topic in source.topics:
+            if isinstance(topic, PlayedService):
+                continue
             by_name[options.remappings.get(topic.name, topic.name)].append(topic)
         for name, topics in by_name.items():
             self._create(name, topics)
+        self._splits = node.create_publisher(ReadSplitEvent, "events/read_split", 10)
         if options.publishes_clock:
             self._clock = node.create_publisher(Clock, CLOCK_TOPIC, CLOCK_QOS)
 
@@ -94,7 +99,7 @@ class TopicPublishers:
         Args:
             message: The message.
         """
-        topic, data, time_ns, publish_time_ns = message
+        topic, data, time_ns, publish_time_ns, _ = message
         publisher, clock_topics = topic.publisher, self._options.clock_topics
         assert publisher is not None
         try:
@@ -107,6 +112,16 @@ class TopicPublishers:
             if topic.name not in self._refused:
                 self._refused.add(topic.name)
                 self._report(str(error))
+
+    def publish_split(self, closed: str, opened: str) -> None:
+        """Tell that the messages of a further file begin.
+
+        Args:
+            closed: The file before.
+            opened: That file.
+        """
+        name = self._node.get_fully_qualified_name()
+        self._splits.publish(ReadSplitEvent(closed_file=closed, opened_file=opened, node_name=name))
 
     def publish_clock(self, time_ns: int) -> None:
         """Publish the time of the bag on `/clock`, if the options ask for that.

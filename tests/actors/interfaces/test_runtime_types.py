@@ -14,8 +14,15 @@ from actors.interfaces.convert import message_to_ordereddict
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Action, Message, Service, definition, type_hash, type_name
 from actors.interfaces.registry import find_interface
-from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
-from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.runtime_types import (
+    runtime_action,
+    runtime_message,
+    runtime_service,
+    service_of_event,
+)
+from actors.interfaces.service_event import service_event
+from actors.interfaces.std_msgs.msg import Bool, Header
+from actors.interfaces.std_srvs.srv import SetBool
 from proto.wire.type_hash import hash_of
 from tests.interfaces.imported import TYPES
 
@@ -113,6 +120,17 @@ def test_hostile_definitions_are_refused(described: bytes, text: str) -> None:
     """With the reason; nothing is made that is too large, or that hides what each class has."""
     with pytest.raises(InvalidMessageError, match=text):
         runtime_message(described)
+
+
+def test_the_service_of_its_events() -> None:
+    """The installed class if it is the same, else one with the parts that the events have."""
+    event: Any = service_event(SetBool)
+    assert service_of_event(event) is SetBool
+    made: Any = service_of_event(runtime_message(_foreign(definition(event), "std_srvs")))
+    assert (made.__name__, made.Request(data=True).data) == ("SetBool", True)
+    for cls in (SetBool.Request, Bool):
+        with pytest.raises(InvalidMessageError, match="no message about the calls of a service"):
+            service_of_event(cls)
 
 
 def test_large_arrays_of_numbers_can_be_made() -> None:

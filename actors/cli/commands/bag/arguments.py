@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.parsing import IGNORED, LOG_LEVELS, count_or_zero, size
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from actors.qos.profile import QoSProfile
 
 
+STORAGES: Final = ("mcap", "sqlite3")
+"""ROS 2's names of the formats of files."""
+
+
 @contextmanager
 def usage_errors() -> Generator[None]:
     """Report options that the recorder, the player or the writer refuses as usage errors."""
@@ -29,15 +33,22 @@ def usage_errors() -> Generator[None]:
         raise CommandError(str(error), USAGE) from None
 
 
-def add_bag(parser: Parser) -> None:
-    """Add the bag that is read."""
-    parser.add_argument("bag_path", metavar="BAG", help="the folder of a bag, or a .mcap or .db3 file")
+def add_bag(parser: Parser, *, nargs: str | None = None) -> None:
+    """Add the bag that is read.
+
+    Args:
+        parser: The verb's.
+        nargs: "?" if it may be left out.
+    """
+    parser.add_argument(
+        "bag_path", metavar="BAG", nargs=nargs, help="the folder of a bag, or a .mcap or .db3 file"
+    )
 
 
 def add_storage(parser: Parser) -> None:
     """Add ROS 2's option for the format of the files that are read."""
     parser.add_argument(
-        *("-s", "--storage"), choices=("mcap", "sqlite3"), help=f"{IGNORED} the format is read from the files"
+        *("-s", "--storage"), choices=STORAGES, help=f"{IGNORED} the format is read from the files"
     )
 
 

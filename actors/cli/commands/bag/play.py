@@ -34,6 +34,8 @@ EXAMPLES: Final = {
     "callboard bag play trip --start-offset 5 --playback-duration 10": "ten seconds of it",
     "callboard bag play trip --topics /imu --remap /imu:=/imu2": "one topic, under another name",
     "callboard bag play trip.mcap --start-paused": "space starts it, the right arrow plays one message",
+    "callboard bag play -i lidar -i cameras": "two bags at once, merged by time",
+    "callboard bag play trip --publish-service-requests": "recorded requests are sent again",
 }
 CLOCK_HZ: Final = 40.0
 RATE_STEP: Final = 1.1
@@ -43,13 +45,18 @@ _BACK_AND_CLEAR: Final = "\r\x1b[K"
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    arguments.add_bag(parser)
+    arguments.add_bag(parser, nargs="?")
+    parser.add_argument(
+        "-i", "--input", action="append", nargs="+", metavar=("BAG", "STORAGE"), default=[],
+        help="a bag, instead of the argument; with several, they are played at once, merged by time",
+    )  # fmt: skip
     arguments.add_storage(parser)
     _add_time(parser)
     add_reading(parser)
     arguments.add_names(parser, "play", exclude_regex=("-x", "--exclude-regex"))
     add_publishing(parser)
     _add_clock(parser)
+    _add_requests(parser)
     _add_control(parser)
     arguments.add_node(parser, "bag_player")
     add_json_option(parser, "one document at the end")
@@ -68,7 +75,7 @@ def _add_time(parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--playback-duration", type=float, metavar="SEC", default=-1.0,
-        help="play this many seconds of the bag; negative: all",
+        help="play this many seconds of the bag; negative: all; 0: nothing, as in ROS 2",
     )  # fmt: skip
     until = parser.add_mutually_exclusive_group()
     until.add_argument(
@@ -125,6 +132,18 @@ def _add_clock(parser: Parser) -> None:
     parser.add_flag("--disable-loan-message", help=f"{IGNORED} messages are not loaned")
 
 
+def _add_requests(parser: Parser) -> None:
+    parser.add_flag(
+        "--publish-service-requests",
+        help="send recorded requests to their services instead of publishing the service events",
+    )
+    parser.add_argument(
+        "--service-requests-source", choices=("service_introspection", "client_introspection"),
+        default="service_introspection",
+        help="send the requests that servers received, by their events (default), or those that clients sent",
+    )  # fmt: skip
+
+
 def _add_control(parser: Parser) -> None:
     parser.add_flag("-p", "--start-paused", help="publish nothing until the space key or ~/resume")
     parser.add_flag(
@@ -157,10 +176,29 @@ def run(options: Options) -> int:
     from proto.aio import process
 
     import_from_working_directory()
+    options.bags = _bags(options)
     with arguments.usage_errors():
         selection, chosen = _selection(options), _player_options(options)
     run_async(lambda: _play(options, selection, chosen), loop_factory=process.new_event_loop)
     return OK
+
+
+def _bags(options: Options) -> list[str]:
+    if not options.input:
+        if options.bag_path is None:
+            raise CommandError("Name a bag, or several with -i BAG -i BAG", USAGE)
+        return [options.bag_path]
+    if options.bag_path is not None:
+        raise CommandError(f"Name '{options.bag_path}' with -i, too: only a single bag is an argument", USAGE)
+    for bag, *storage in options.input:
+        # As in ROS 2, where a second word is the storage.
+        if len(storage) > 1 or not set(storage) <= set(arguments.STORAGES):
+            raise CommandError(
+                f"-i {bag} {' '.join(storage)}: expected a bag, and at most mcap or sqlite3 behind it; name "
+                "further bags with another -i",
+                USAGE,
+            )
+    return [bag for bag, *_ in options.input]
 
 
 def _selection(options: Options) -> Selection:
@@ -177,6 +215,7 @@ def _selection(options: Options) -> Selection:
 
 def _player_options(options: Options) -> PlayerOptions:
     from actors.bags.player.options import PlayerOptions
+    from actors.bags.player.played_service import RequestsSource
     from actors.bags.storage.bag_file import Order
     from actors.cli.named import absolute
 
@@ -198,6 +237,9 @@ def _player_options(options: Options) -> PlayerOptions:
         clock_topics=None if options.clock_topics_all else tuple(map(absolute, options.clock_topics)),
         remappings=dict(map(_rule, options.remap)),
         qos_overrides=arguments.qos_overrides_of(options),
+        service_requests=RequestsSource(options.service_requests_source)
+        if options.publish_service_requests
+        else None,
         wait_for_all_acked_sec=None if milliseconds is None else milliseconds / 1000,
     )
 
@@ -222,11 +264,11 @@ async def _play(options: Options, selection: Selection, chosen: PlayerOptions) -
     from actors.cli.output import print_out
 
     async with AsyncExitStack() as stack:
-        make = partial(Player, options.bag_path, selection, chosen)
+        make = partial(Player, options.bags, selection, chosen)
         summarize = partial(_print_summary, as_json=options.json)
         player = await stack.enter_async_context(running(options, make, summarize))
         if not options.json:
-            print_out(f"Playing {player.path}")
+            print_out(f"Playing {_names(player)}")
         if not options.disable_keyboard_controls:
             await stack.enter_async_context(handling_keys(partial(_obey, player)))
         if options.progress_bar_update_rate > 0 and not options.json and sys.stderr.isatty():
@@ -259,6 +301,7 @@ async def _obey(player: Player, key: str) -> None:
 async def _showing_progress(player: Player, period_sec: float) -> AsyncGenerator[None]:
     """Show the position in the last line of the terminal, and clear the line at the end."""
     import asyncio
+    import logging
     import sys
 
     from proto.aio.tasks import cancel_and_wait
@@ -272,10 +315,20 @@ async def _showing_progress(player: Player, period_sec: float) -> AsyncGenerator
             show(progress_line(player.statistics()))
             await asyncio.sleep(period_sec)
 
+    def clear(_: object) -> bool:
+        # A line of the log takes the place of the position, rather than follow it.
+        show("")
+        return True
+
+    handlers = logging.getLogger().handlers
+    for each in handlers:
+        each.addFilter(clear)
     task = asyncio.create_task(show_again_and_again())
     try:
         yield
     finally:
+        for each in handlers:
+            each.removeFilter(clear)
         await cancel_and_wait(task)
         show("")
 
@@ -296,6 +349,10 @@ def progress_line(statistics: PlayingStatistics) -> str:
     )
 
 
+def _names(player: Player) -> str:
+    return ", ".join(map(str, player.paths))
+
+
 def _print_summary(player: Player, *, as_json: bool) -> None:
     from dataclasses import asdict
 
@@ -306,5 +363,10 @@ def _print_summary(player: Player, *, as_json: bool) -> None:
     if as_json:
         print_json(asdict(found))
         return
-    missing = {"dropped": found.dropped, "invalid": found.invalid}
-    print_out(summary_of(player.path, found.topics, "not played", missing))
+    missing = {
+        "dropped": found.dropped,
+        "invalid": found.invalid,
+        "without a server": found.unserved,
+        "failed": found.failed,
+    }
+    print_out(summary_of(_names(player), found.topics, "not played", missing))

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
 
 def counted(number: int, noun: str) -> str:
@@ -24,14 +23,14 @@ def messages_of_topics(topics: Mapping[str, int]) -> str:
     return f"{counted(sum(topics.values()), 'message')} of {counted(count, 'topic')}"
 
 
-def summary_of(path: Path, topics: Mapping[str, int], verdict: str, missing: Mapping[str, int]) -> str:
+def summary_of(bags: object, topics: Mapping[str, int], verdict: str, missing: Mapping[str, int]) -> str:
     """Return how many messages were recorded or played, and how many are missing, in one line.
 
     Args:
-        path: The bag.
+        bags: The path of the bag, or the names of several.
         topics: The number of recorded or played messages by topic.
         verdict: What did not happen to the missing messages, such as "not played".
         missing: The number of missing messages by reason.
     """
     reasons = ", ".join(f"{number:,} {reason}" for reason, number in missing.items() if number)
-    return f"{path}: {messages_of_topics(topics)}{f'; {verdict}: {reasons}' if reasons else ''}"
+    return f"{bags}: {messages_of_topics(topics)}{f'; {verdict}: {reasons}' if reasons else ''}"

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.bags import BagTopic, Order, Player, PlayerOptions, Reader, Recorder, Selection, Writer
+from actors.bags import BagTopic, Order, PlayerOptions, Reader, Recorder, Selection, Writer
 from actors.bags.errors import BagError, BagNotFoundError, InvalidBagOptionError
 from actors.bags.player.bag_source import BagSource
-from actors.bags.player.player import EVERYTHING
 from actors.interfaces import cdr
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
+from actors.interfaces.rosbag2_interfaces.msg import ReadSplitEvent
 from actors.interfaces.rosbag2_interfaces.srv import (
     Burst,
     GetRate,
@@ -26,10 +27,11 @@ from actors.interfaces.rosbag2_interfaces.srv import (
     TogglePaused,
 )
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.interfaces.std_msgs.msg import Int32, String
+from actors.interfaces.std_msgs.msg import Empty, Int32, String
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from proto.wire.codes import EntryKind
 from tests.actors.bags.bags import COUNT, START_NS, number, text, write_bag
+from tests.actors.bags.player.playing import listener, numbers, player, received
 from tests.actors.bags.recorder.recordings import messages_of
 from tests.actors.meeting import KEEP_ALL, Meeting, latched, until
 
@@ -39,49 +41,9 @@ if TYPE_CHECKING:
 SEC = 10**9
 
 
-class Heard(NamedTuple):
-    """A message that a subscription has received."""
-
-    value: Any
-    stamp_ns: int
-
-
-async def listener(
-    meeting: Meeting, topic: str, msg_type: Any = String, qos: QoSProfile = KEEP_ALL
-) -> list[Heard]:
-    """Return the list of what a new subscription receives."""
-    heard: list[Heard] = []
-    node = await meeting.node(f"listener{len(topic)}")
-    node.create_subscription(
-        msg_type, topic, lambda msg, info: heard.append(Heard(msg, info.source_timestamp)), qos
-    )
-    await node.get_graph()
-    return heard
-
-
-async def received(heard: list[Heard], count: int) -> None:
-    """Wait until a subscription has received so many messages."""
-    await until(lambda: len(heard) == count)
-
-
 async def received_by(recording: Recorder, count: int) -> None:
     """Wait until so many messages have arrived at a recorder."""
     await until(lambda: recording.statistics().received == count)
-
-
-def player(meeting: Meeting, path: Path, selection: Selection | None = None, **options: Any) -> Player:
-    """Return a player of a bag."""
-    return Player(path, selection or EVERYTHING, PlayerOptions(**options), url=meeting.url)
-
-
-def numbers(path: Path, count: int, qos: QoSProfile, *, step_ns: int = 1) -> Path:
-    """Write a bag of numbers on /count."""
-    with Writer(path) as bag:
-        topic = bag.add_topic(BagTopic.of_class("/count", Int32, [qos]))
-        for index in range(count):
-            time_ns = START_NS + index * step_ns
-            bag.write(topic, number(index), time_ns, time_ns - 1, index)
-    return path
 
 
 async def test_messages_are_published_with_their_times(meeting: Meeting, tmp_path: Path) -> None:
@@ -311,6 +273,10 @@ async def test_other_nodes_control_it(meeting: Meeting, tmp_path: Path) -> None:
         await playing.wait()
         await until(lambda: len(heard) == 106)
         assert heard[-1].value.data == 99
+        # As in ROS 2, an empty request plays no time at all: a duration of 0, up to 1970.
+        assert (await call(Play, "play")).success
+        await playing.wait()
+        assert playing.statistics().published == 106
         await call(Pause, "pause")
         assert (await call(Play, "play", **request)).success
         await call(Stop, "stop")
@@ -337,6 +303,17 @@ async def test_what_cannot_be_played_is_named(
     assert (found.published, found.invalid) == (3, 1)
     assert [each for each in found.problems if "'/strange' is not played" in each]
     assert sum("'/strange' is not played" in each.getMessage() for each in caplog.records) == 1
+
+
+async def test_topics_that_are_not_in_the_bag(meeting: Meeting, tmp_path: Path) -> None:
+    """Names that were misspelt are reported, and the rest is played."""
+    write_bag(tmp_path / "trip")
+    chosen = Selection(topics=["/chatter", "/chater"], services=["/add"])
+    async with player(meeting, tmp_path / "trip", chosen) as playing:
+        await playing.wait()
+        found = playing.statistics()
+    assert found.topics == {"/chatter": 10}
+    assert [each.partition(" is not")[0] for each in found.problems] == ["'/chater'", "'/add/_service_event'"]
 
 
 async def test_damage_ends_the_playing(meeting: Meeting, tmp_path: Path) -> None:
@@ -382,6 +359,36 @@ async def test_a_bug_while_reading_ends_the_playing(
     async with player(meeting, tmp_path / "trip") as playing:
         with pytest.raises(ZeroDivisionError):
             await playing.wait()
+
+
+async def test_further_files_are_told(meeting: Meeting, tmp_path: Path) -> None:
+    """An event names the file that ends and the one that begins, before the first message of that."""
+    with Writer(tmp_path / "trip", max_bag_duration_sec=2) as bag:
+        topic = bag.add_topic(COUNT)
+        for index in range(5):
+            bag.write(topic, number(index), START_NS + index * SEC, START_NS)
+    splits = await listener(meeting, "/events/read_split", ReadSplitEvent)
+    async with player(meeting, tmp_path / "trip", rate=1e6, start_offset_sec=1) as playing:
+        await playing.wait()
+        await until(lambda: len(splits) >= 2)
+    files = sorted(map(str, (tmp_path / "trip").glob("*.mcap")))
+    assert len(files) == 3
+    events = [each.value for each in splits]
+    assert [(each.closed_file, each.opened_file) for each in events] == list(pairwise(files))
+    assert {each.node_name for each in events} == {"/bag_player"}
+
+
+async def test_a_definition_that_is_missing(meeting: Meeting, tmp_path: Path) -> None:
+    """An empty one is that of an empty message: messages with contents are counted, and not played."""
+    with Writer(tmp_path / "trip") as bag:
+        empty = bag.add_topic(BagTopic("/empty", "a_msgs/msg/Nothing", ""))
+        unknown = bag.add_topic(BagTopic("/unknown", "a_msgs/msg/Unknown", ""))
+        bag.write(empty, cdr.encode(Empty()), START_NS, START_NS)
+        bag.write(unknown, text("something"), START_NS, START_NS)
+    async with player(meeting, tmp_path / "trip") as playing:
+        await playing.wait()
+        found = playing.statistics()
+    assert (found.topics, found.invalid) == ({"/empty": 1, "/unknown": 0}, 1)
 
 
 async def test_bags_that_are_none(meeting: Meeting, tmp_path: Path) -> None:

@@ -50,6 +50,15 @@ def test_pauses_and_rates_do_not_add_up() -> None:
     assert plan.wait_ns(START_NS + 501 * SEC, now_ns) == pytest.approx(SEC, abs=1000)
 
 
+def test_a_duration_of_zero_is_no_time() -> None:
+    """As in ROS 2: not even the first message; with a time to stop at, that counts."""
+    assert schedule(duration_ns=0).is_empty
+    assert schedule(duration_ns=0, until_ns=0).is_empty
+    assert schedule(start_offset_ns=200 * SEC).is_empty
+    assert not schedule(duration_ns=1).is_empty
+    assert not schedule(duration_ns=0, until_ns=START_NS).is_empty
+
+
 def test_nothing_is_due_while_paused() -> None:
     """The time of the bag stops, and continues from there."""
     plan = schedule(is_paused=True)

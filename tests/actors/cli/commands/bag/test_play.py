@@ -7,11 +7,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.bags import BagTopic, Writer
 from actors.bags.player.player import PlayingStatistics
 from actors.cli.commands.bag.play import progress_line
 from actors.cli.main import main
+from actors.endpoints.service_introspection import EventKind
+from actors.interfaces import cdr
 from actors.interfaces.rosbag2_interfaces.srv import Burst, GetRate, IsPaused, Resume
+from actors.interfaces.service_event import service_event
+from actors.interfaces.service_msgs.msg import ServiceEventInfo
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import SetBool
 from tests.actors.bags.bags import START_NS, write_bag
 from tests.actors.meeting import KEEP_ALL
 from tests.waiting import until
@@ -79,6 +85,47 @@ async def test_a_burst(desk: Desk, tmp_path: Path) -> None:
         assert json.loads((await ended).out)["published"] == 10
 
 
+async def test_several_bags(desk: Desk, tmp_path: Path) -> None:
+    """Each behind an -i of its own, and the storage behind it as ROS 2 has it."""
+    write_bag(tmp_path / "one")
+    write_bag(tmp_path / "two", 6)
+    one, two = str(tmp_path / "one"), str(tmp_path / "two")
+    result = await desk.callboard("bag", "play", "-i", one, "mcap", "--input", two, "--rate", "1000")
+    assert result.out.splitlines() == [f"Playing {one}, {two}", f"{one}, {two}: 26 messages of 2 topics"]
+    for arguments in ([], ["-i", one, two], ["-i", one, "mcap", two]):
+        result = await desk.callboard("bag", "play", *arguments)
+        assert (result.code, result.out) == (2, "")
+        assert "with -i BAG -i BAG" in result.err or "name further bags with another -i" in result.err
+
+
+async def test_service_requests(desk: Desk, tmp_path: Path) -> None:
+    """They are sent to their services, and the last line counts those without a server."""
+    event = service_event(SetBool)
+    with Writer(tmp_path / "trip") as bag:
+        for name in ("/lamp", "/other"):
+            topic = bag.add_topic(BagTopic.of_class(f"{name}/_service_event", event))
+            for kind in (EventKind.REQUEST_SENT, EventKind.REQUEST_RECEIVED):
+                info = ServiceEventInfo(event_type=kind)
+                message = event(info=info, request=[SetBool.Request(data=True)])
+                bag.write(topic, cdr.encode(message), START_NS, START_NS)
+    seen: list[bool] = []
+
+    def handle(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        seen.append(request.data)
+        return response
+
+    trip = str(tmp_path / "trip")
+    async with desk.node() as node:
+        node.create_service(SetBool, "/lamp", handle)
+        await node.get_graph()
+        result = await desk.callboard("bag", "play", trip, "--publish-service-requests")
+        assert result.out.splitlines()[1] == f"{trip}: 1 message of 1 topic; not played: 1 without a server"
+        source = ("--service-requests-source", "client_introspection", "--json")
+        result = await desk.callboard("bag", "play", trip, "--publish-service-requests", *source)
+    assert [result.json[each] for each in ("answered", "failed", "unserved")] == [1, 0, 1]
+    assert seen == [True, True]
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
@@ -87,6 +134,8 @@ async def test_a_burst(desk: Desk, tmp_path: Path) -> None:
         (["--regex", "("], "not a valid regular expression"),
         (["--clock", "1e6"], "clock_hz must be at most"),
         (["--clock", "--clock-topics-all"], "not allowed with"),
+        (["-i", "other"], "Name 'trip' with -i, too"),
+        (["--service-requests-source", "x"], "there is service_introspection"),
     ],
 )
 def test_wrong_options(arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -110,6 +159,9 @@ def test_the_line_with_the_position() -> None:
         published=1234,
         dropped=5,
         invalid=0,
+        answered=0,
+        failed=0,
+        unserved=0,
         topics={},
         problems=(),
     )
