@@ -7,12 +7,14 @@ libraries, too, and triples the CPU time of the tests.
 from __future__ import annotations
 
 import ast
+import os
 import sys
 import tomllib
 from fnmatch import fnmatch
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 from slipcover import Slipcover, print_coverage
@@ -30,16 +32,41 @@ KEEP_INSTRUMENTED = -1
 """Replacing the code of functions walks through modules that other threads change, and fails by chance."""
 
 
+CACHED: Final = f"-slipcover-{version('slipcover')}.pyc"
+"""How names of files end that have the bytecode of measured modules, before probes are added."""
+
+
 class _Loader(SourceFileLoader):
     def __init__(self, name: str, path: str, slipcover: Slipcover) -> None:
         super().__init__(name, path)
         self._slipcover = slipcover
 
     def get_code(self, fullname: str) -> CodeType:
-        tree = preinstrument(ast.parse(self.get_data(self.path)))
-        # Otherwise the code would have the future statements of this module, too.
-        code: CodeType = self._slipcover.instrument(compile(tree, self.path, "exec", dont_inherit=True))
+        code: CodeType = self._slipcover.instrument(self.marked_code())
         return code
+
+    def marked_code(self) -> CodeType:
+        """Return the code with its branches marked, which takes most of the time and is cached."""
+        code = super().get_code(self.name)
+        assert code is not None
+        return code
+
+    def source_to_code(  # type: ignore[override] # the importer calls it like this
+        self, data: Any, path: Any, *, _optimize: int = -1
+    ) -> CodeType:
+        # Otherwise the code would have the future statements of this module, too.
+        return compile(preinstrument(ast.parse(data)), path, "exec", dont_inherit=True, optimize=_optimize)
+
+    def get_data(self, path: str) -> bytes:
+        return super().get_data(_cached(path))
+
+    def set_data(self, path: str, data: Any, *, _mode: int = 0o666) -> None:
+        super().set_data(_cached(path), data, _mode=_mode)
+
+
+def _cached(path: str) -> str:
+    """Return the path of a file that Python reads or writes: bytecode that is measured has its own."""
+    return path.removesuffix(".pyc") + CACHED if path.endswith(".pyc") else path
 
 
 class _Finder:
@@ -50,13 +77,29 @@ class _Finder:
         self._packages = frozenset(packages)
         self._omit = [str(ROOT / pattern) for pattern in omit]
 
+    def share_compilation(self, number: int, workers: int) -> None:
+        """Cache the bytecode of all files that other workers have not cached, each from another one on.
+
+        Otherwise workers that begin together on a clean checkout would each compile everything.
+        """
+        found = (
+            path for package in sorted(self._packages) for path in sorted((ROOT / package).rglob("*.py"))
+        )
+        paths = [str(path) for path in found if self._is_measured(str(path))]
+        begin = len(paths) * number // workers
+        for path in (*paths[begin:], *paths[:begin]):
+            _Loader("", path, self._slipcover).marked_code()
+
+    def _is_measured(self, path: str) -> bool:
+        return not any(fnmatch(path, pattern) for pattern in self._omit)
+
     def find_spec(self, name: str, folders: Sequence[str] | None, target: object = None) -> ModuleSpec | None:
         if name.partition(".")[0] not in self._packages:
             return None
         spec = PathFinder.find_spec(name, folders)
         if spec is not None and type(spec.loader) is SourceFileLoader:
             path = spec.loader.path
-            if not any(fnmatch(path, pattern) for pattern in self._omit):
+            if self._is_measured(path):
                 spec.loader = _Loader(name, path, self._slipcover)
         return spec
 
@@ -79,7 +122,11 @@ class Measurement:
         self._here = self._create()
         self._all = self._create()
         self._percent = 0.0
-        sys.meta_path.insert(0, _Finder(self._here, settings["source"], settings["omit"]))
+        finder = _Finder(self._here, settings["source"], settings["omit"])
+        sys.meta_path.insert(0, finder)
+        if "PYTEST_XDIST_WORKER" in os.environ:
+            number = int(os.environ["PYTEST_XDIST_WORKER"].removeprefix("gw"))
+            finder.share_compilation(number, int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
 
     def _create(self) -> Slipcover:
         options = {name: self._settings[name] for name in ("source", "omit", "exclude_also")}
