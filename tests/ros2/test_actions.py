@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -22,6 +23,19 @@ RESULT: Any = FIBONACCI.Result(sequence=[1, 2, 3])
 SUCCEEDED, CANCELED, ABORTED = (
     int(each) for each in (GoalState.SUCCEEDED, GoalState.CANCELED, GoalState.ABORTED)
 )
+SERVE = """
+import asyncio, sys
+import actors
+from tests.ros2.test_actions import Server
+
+async def serve():
+    async with actors.Node("server", url=sys.argv[1], shared_name=True) as node:
+        Server(node, sys.argv[2])
+        await asyncio.Event().wait()
+
+asyncio.run(serve())
+"""
+"""A process with an action server of a name, at the broker of a URL."""
 
 
 class Server:
@@ -177,3 +191,28 @@ async def test_a_goal_ends_when_the_server_of_ros_leaves(pair: Pair) -> None:
     await server.destroy()
     with pytest.raises((actors.ServiceUnavailable, actors.GoalUnknown)):
         await goal.result()
+
+
+async def test_a_goal_ends_when_the_process_of_its_server_in_ros_is_killed(pair: Pair) -> None:
+    """Its client does not wait for ever: ROS knows that the server is gone when its lease is over."""
+    name = f"{pair.name}/killed_there"
+    ros = pair.network.ros(lease_sec=3)
+    node = await ros.node(f"{pair.name[1:]}_killed")
+    server = await node.action_server(name, FIBONACCI, RESULT, ending="later")
+    client: Any = pair.here.create_action_client(FIBONACCI, name)
+    assert await client.wait_for_server()
+    goal = await client.send_goal(GOAL)
+    await server.goals(1)
+    await ros.kill()
+    with pytest.raises((actors.ServiceUnavailable, actors.GoalUnknown)):
+        await goal.result()
+
+
+async def test_a_goal_is_aborted_when_the_process_of_its_server_in_callboard_is_killed(pair: Pair) -> None:
+    """Its client in ROS has a result, at once."""
+    name = f"{pair.name}/killed_here"
+    process = pair.network.process("server", sys.executable, "-c", SERVE, pair.network.url, name)
+    goal = await (await pair.there.action_client(name, FIBONACCI)).send(GOAL)
+    assert (await goal.state("accepted"))["accepted"], process.output()
+    process.kill()
+    assert (await goal.state("result"))["status"] == ABORTED

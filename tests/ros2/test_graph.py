@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tests.ros2.conftest import Pair
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+MANY = 300
+MOST_LINKS = 4
 STRING, SETBOOL = "std_msgs/msg/String", "std_srvs/srv/SetBool"
 
 
@@ -196,3 +198,13 @@ async def test_a_node_that_is_back_at_once_has_its_endpoints(pair: Pair) -> None
     await subscription.matched()  # what lingers of the first one has gone
     [(shown, *_)] = await pair.there.endpoints(topic, "publishers", 1)
     assert shown == f"/{name}"
+
+
+async def test_hundreds_of_mirrors_use_few_connections(pair: Pair) -> None:
+    """A process of ROS with 300 nodes is 300 nodes here, and the bridge has at most 4 links."""
+    prefix = f"{pair.name[1:]}_many_"
+    await pair.ros.ask("make_plain_nodes", prefix, MANY)
+    names = [f"/{prefix}{number}" for number in range(MANY)]
+    await nodes_until(pair.here, *names)
+    links = (await pair.here.get_broker_stats()).links
+    assert len(links) - 1 <= MOST_LINKS, "one is that of the test's own node"

@@ -127,6 +127,24 @@ def make_node(name, namespace="/", parameters=None):
     return _keep(_do(make))
 
 
+def make_plain_nodes(prefix, count):
+    """Make nodes without services and log lines, which no executor knows; a number follows the prefix."""
+
+    def make():
+        return [
+            rclpy.create_node(
+                f"{prefix}{number}",
+                start_parameter_services=False,
+                enable_rosout=False,
+                parameter_overrides=[Parameter("start_type_description_service", value=False)],
+            )
+            for number in range(count)
+        ]
+
+    for each in _do(make):
+        _keep(each)
+
+
 def make_lifecycle_node(name):
     """Make a lifecycle node; return its number."""
 
