@@ -24,7 +24,7 @@ ANSWER_TIMEOUT_SEC: Final = 60.0
 STOP_TIMEOUT_SEC: Final = 10.0
 MAX_DOMAIN: Final = 101
 """Domains above it may use ports that the system gives to other programs."""
-MAX_STDERR_CHARS: Final = 4000
+MAX_STDERR_BYTES: Final = 4000
 FOREIGN: Final = ("ROS_", "RMW_", "RCUTILS_", "FASTRTPS_", "FASTDDS_", "AMENT_", "COLCON_", "PYTHONPATH")
 """What variables of the developer's own ROS 2 begin with. The sides do not get them."""
 
@@ -79,6 +79,7 @@ class Side:
         self._process: subprocess.Popen[bytes] | None = None
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - `close` does; a pipe would be full
         self._received = b""
+        self._read = 0
 
     def ask(self, function: str, *args: object) -> Answer:
         """Call a function of a module in `programs/`, such as "qos.depths".
@@ -98,10 +99,9 @@ class Side:
             line = self._read_line(process)
         except (OSError, SideError) as error:
             self._kill(process)
-            self._stderr.seek(0)
-            output = self._stderr.read().decode(errors="replace")[-MAX_STDERR_CHARS:]
+            self._read = 0
             raise SideError(
-                f"{function}{args} on {self._command[0]}: {error}. Its stderr:\n{output}"
+                f"{function}{args} on {self._command[0]}: {error}. Its stderr:\n{self.output()}"
             ) from None
         return Answer(**json.loads(line))
 
@@ -115,6 +115,14 @@ class Side:
         if answer.raised:
             raise SideError(f"{function}{args} raised:\n{answer.traceback}")
         return answer.returned
+
+    def output(self) -> str:
+        """Return the end of what it has written to stderr since its start, or since the last call."""
+        # Not by the file's own position, which is the process's as well.
+        size = os.fstat(self._stderr.fileno()).st_size
+        begin = max(self._read, size - MAX_STDERR_BYTES)
+        self._read = size
+        return os.pread(self._stderr.fileno(), size - begin, begin).decode(errors="replace")
 
     def send_signal(self, number: signal.Signals) -> None:
         """Send a signal to the process, if it has been started."""
@@ -138,6 +146,8 @@ class Side:
         if not Path(self._command[0]).exists():
             raise SideError(f"{self._command[0]} does not exist: run `make test`, which builds it")
         self._received = b""
+        self._read = 0
+        self._stderr.seek(0)
         self._stderr.truncate(0)
         self._process = subprocess.Popen(
             self._command,

@@ -71,15 +71,19 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
 
 @pytest.fixture
 async def pair(shared: Shared) -> AsyncIterator[Pair]:
-    """A node of each side of the shared bridge. Its output of the test's time is shown if the test fails."""
+    """A node of each side of the shared bridge.
+
+    What the bridge and the process of ROS's node have printed meanwhile is shown if the test fails.
+    """
     name = f"test_{next(_numbers)}"
     bridge = shared.bridge
     bridge.output()
+    shared.ros.output()
     async with actors.Node(f"{name}_here", url=shared.network.url) as here:
         there = await shared.ros.node(f"{name}_there")
         yield Pair(here, there, f"/{name}", shared.ros, shared.network)
     await shared.ros.ask("destroy_all")
-    sys.stderr.write(bridge.output())
+    sys.stderr.write(bridge.output() + shared.ros.output())
 
 
 @pytest.fixture(scope="session")

@@ -19,11 +19,17 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 STOP_TIMEOUT_SEC: Final = 40.0
-PROFILE: Final = """<profiles xmlns="http://www.eprosima.com"><participant profile_name="short" \
+DEFAULT_LEASE_SEC: Final = 20
+"""Fast DDS's own."""
+PROFILE: Final = """<profiles xmlns="http://www.eprosima.com"><participant profile_name="lease" \
 is_default_profile="true"><rtps><builtin><discovery_config><leaseDuration><sec>{0}</sec></leaseDuration>\
-<leaseAnnouncement><sec>1</sec></leaseAnnouncement></discovery_config></builtin></rtps></participant></profiles>
+<leaseAnnouncement><sec>1</sec></leaseAnnouncement></discovery_config></builtin></rtps></participant>\
+<data_writer profile_name="patient" is_default_profile="true"><qos><reliability><kind>RELIABLE</kind>\
+<max_blocking_time><sec>20</sec></max_blocking_time></reliability></qos></data_writer></profiles>
 """
-"""A profile of Fast DDS."""
+"""A profile of Fast DDS for the processes of ROS. A service that has a request, but does not know yet where
+the response is read, drops it after the time for which a writer may block: 0.1 s by default, which is not
+enough on a busy machine, and leaves the caller without a word."""
 
 
 class Process:
@@ -153,18 +159,15 @@ class Network:
         """Start a command of callboard."""
         return self.process(f"command-{len(self._processes)}", sys.executable, "-m", "actors", *args)
 
-    def ros(self, *, lease_sec: int = 0) -> Ros:
+    def ros(self, *, lease_sec: int = DEFAULT_LEASE_SEC) -> Ros:
         """Return a process of real ROS 2, which starts when it is first asked.
 
         Args:
-            lease_sec: How long ROS shows it after its death; 0 for 20 seconds, as usual.
+            lease_sec: How long ROS shows it after its death.
         """
-        environ = self.environ
-        if lease_sec:
-            profile = self._folder / "profile.xml"
-            profile.write_text(PROFILE.format(lease_sec))
-            environ = {**environ, "FASTDDS_DEFAULT_PROFILES_FILE": str(profile)}
-        made = Ros(environ)
+        profile = self._folder / f"profile_{lease_sec}.xml"
+        profile.write_text(PROFILE.format(lease_sec), encoding="utf-8")
+        made = Ros({**self.environ, "FASTDDS_DEFAULT_PROFILES_FILE": str(profile)})
         self._ros.append(made)
         return made
 

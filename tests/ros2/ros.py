@@ -60,6 +60,10 @@ class Ros:
             return
         raise AssertionError("the process has answered")
 
+    def output(self) -> str:
+        """Return what it has written to stderr since its start, or since the last call."""
+        return self._side.output()
+
     def send_signal(self, number: signal.Signals) -> None:
         """Send a signal to the process."""
         self._side.send_signal(number)
