@@ -4,7 +4,7 @@
     options.rules      # what may cross
 
 A file has the same options: lists `allow` and `deny`, `namespace`, `domain_id`, a table `depths` with a depth
-for each pattern, `max_nodes` and `max_endpoints`. The command line takes precedence.
+for each pattern, `max_nodes`, `max_endpoints` and `lease_sec`. The command line takes precedence.
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+LEASE_SEC: Final = 3
+"""How long ROS 2 shows the bridge after it was killed. Fast DDS's own lease is 20 s."""
+_MAX_LEASE_SEC: Final = 300
+
 
 @dataclass(frozen=True, kw_only=True)
 class BridgeOptions:
@@ -34,6 +38,9 @@ class BridgeOptions:
         domain_id: The domain of the other network; None for ROS_DOMAIN_ID (default).
         max_nodes: Nodes shown on each side; 1,000 by default.
         max_endpoints: Endpoints shown on each side; 5,000 by default.
+        lease_sec: Seconds for which ROS 2 shows the bridge after it was killed, 3 to 300; 3 by default. A
+            process of ROS 2 that does not run for so long drops the bridge, and Fast DDS may not connect them
+            again.
 
     Raises:
         InvalidBridgeOptionError: One of them is invalid; the text names it.
@@ -46,10 +53,12 @@ class BridgeOptions:
     domain_id: int | None = None
     max_nodes: int = MAX_NODES
     max_endpoints: int = MAX_ENDPOINTS
+    lease_sec: int = LEASE_SEC
 
     def __post_init__(self) -> None:
         if self.domain_id is not None:
             require_number("domain_id", self.domain_id, 0, MAX_DOMAIN)
+        require_number("lease_sec", self.lease_sec, LEASE_SEC, _MAX_LEASE_SEC)
         _ = self.rules
 
     @property

@@ -43,12 +43,19 @@ class Pair:
     network: Network
 
 
+PATIENT = "lease_sec = 20\n"
+"""Fast DDS's own lease. A process that stands still for longer than the bridge's drops the bridge, and Fast
+DDS may not connect them again: after a pause of 3 s, requests to some services would be lost for ever."""
+
+
 class Shared:
     """The network that tests share. Its bridge starts with the first of them."""
 
-    def __init__(self, network: Network) -> None:
+    def __init__(self, network: Network, folder: Path) -> None:
         self.network = network
         self.ros = network.ros()
+        self._config = folder / "bridge.toml"
+        self._config.write_text(PATIENT, encoding="utf-8")
         self._bridge: Process | None = None
         network.broker()
 
@@ -56,7 +63,7 @@ class Shared:
     def bridge(self) -> Process:
         """The bridge; another one if an earlier test has ended it."""
         if self._bridge is None or not self._bridge.is_alive:
-            self._bridge = self.network.bridge()
+            self._bridge = self.network.bridge("--config", str(self._config))
         return self._bridge
 
 
@@ -64,8 +71,9 @@ class Shared:
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
     """The network that tests of this worker share."""
     number = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-    network = Network(tmp_path_factory.mktemp("bridge"), number)
-    yield Shared(network)
+    folder = tmp_path_factory.mktemp("bridge")
+    network = Network(folder, number)
+    yield Shared(network, folder)
     network.close()
 
 

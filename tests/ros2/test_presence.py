@@ -7,7 +7,7 @@ import signal
 from typing import TYPE_CHECKING, Any
 
 import actors
-from actors.bridges.ros2.importing import LEASE_SEC
+from actors.bridges.options import LEASE_SEC
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from tests.ros2.graphs import nodes_until
@@ -132,6 +132,19 @@ async def test_the_bridge_starts_first_and_survives_a_restart_of_the_broker(netw
         await publisher.matched()
         await publisher.publish(String(data="again"))
         await until(lambda: received == ["again"])
+
+
+async def test_a_longer_lease_lets_a_process_of_ros_stand_still(pair: Pair) -> None:
+    """With the default one it would have dropped the bridge, and might not have found it again."""
+    name = f"{pair.name}/paused"
+    await pair.there.service(name, Trigger, Trigger.Response(success=True))
+    client = pair.here.create_client(Trigger, name)
+    assert await client.wait_for_service()
+    assert (await client.call(Trigger.Request())).success
+    pair.ros.send_signal(signal.SIGSTOP)
+    await asyncio.sleep(LEASE_SEC + 1)  # how long it stands still, not how long the test waits for something
+    pair.ros.send_signal(signal.SIGCONT)
+    assert (await client.call(Trigger.Request())).success
 
 
 async def test_a_bridge_that_was_suspended_starts_anew(network: Network) -> None:

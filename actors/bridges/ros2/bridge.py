@@ -21,11 +21,12 @@ from actors.bridges.graph import (
     our_graph,
     unseen,
 )
+from actors.bridges.options import LEASE_SEC
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.planning_budget import PlanningBudget
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.errors import SuspendedError
-from actors.bridges.ros2.importing import MAX_PAUSE_SEC
+from actors.bridges.ros2.importing import ANNOUNCEMENT_SEC
 from actors.bridges.ros2.mirrors import Mirrors
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.participant import Participant
@@ -77,6 +78,7 @@ class Bridge:
         counters: Counts what crosses.
         bridge_id: Identifies this bridge on both sides; a token of a ROS name.
         domain_id: The domain of ROS 2; None for ROS_DOMAIN_ID.
+        lease_sec: How long ROS 2 shows the bridge after it was killed.
         clock: Returns a monotonic time in seconds that goes on while the machine sleeps.
 
     Attributes:
@@ -96,6 +98,7 @@ class Bridge:
         *,
         bridge_id: str,
         domain_id: int | None = None,
+        lease_sec: int = LEASE_SEC,
         clock: Callable[[], float] = boot_time,
     ) -> None:
         self._node = node
@@ -109,8 +112,11 @@ class Bridge:
         self._types = Types()
         arrivals = Arrivals(ros, asyncio.get_running_loop(), self._failed)
         there = self._participant = Participant(
-            ros, bridge_id=bridge_id, domain_id=domain_id, arrivals=arrivals
+            ros, bridge_id=bridge_id, domain_id=domain_id, arrivals=arrivals, lease_sec=lease_sec
         )
+        self._max_pause_sec = lease_sec - ANNOUNCEMENT_SEC
+        """How long the bridge may not run: an announcement may have been due when the pause began. Processes
+        that have dropped the bridge may miss endpoints of it afterwards, or get messages twice."""
         self.origin = f"ros2/{there.domain_id}"
         self.labels = {BRIDGE_LABEL: self.origin, BRIDGE_ID_LABEL: bridge_id}
         self._observer = Observer(ros, there)
@@ -244,7 +250,7 @@ class Bridge:
             before = self._clock()
             await asyncio.sleep(BEAT_SEC)
             pause = self._clock() - before
-            if pause > MAX_PAUSE_SEC:
+            if pause > self._max_pause_sec:
                 raise SuspendedError(
                     f"The bridge was suspended for {pause:.1f} s. ROS 2 may have dropped it: it joins again"
                 )

@@ -28,13 +28,8 @@ OLD_PROFILE_VARIABLE: Final = "FASTRTPS_DEFAULT_PROFILES_FILE"
 USER_PROFILE_FILES: Final = ("DEFAULT_FASTDDS_PROFILES.xml", "DEFAULT_FASTRTPS_PROFILES.xml")
 """What Fast DDS reads from the working directory."""
 
-LEASE_SEC: Final = 3
-"""How long ROS 2 shows the bridge after it was killed. Fast DDS's own lease is 20 s."""
 ANNOUNCEMENT_SEC: Final = 1
-"""How often the participant renews its lease: two may be lost."""
-MAX_PAUSE_SEC: Final = LEASE_SEC - ANNOUNCEMENT_SEC
-"""How long the bridge may not run: an announcement may have been due when the pause began. Processes that
-have dropped the bridge may miss endpoints of it afterwards, or get messages twice."""
+"""How often the participant renews its lease: with the shortest lease, two may be lost."""
 
 _QUEUE: Final = (
     "<topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>"
@@ -42,7 +37,7 @@ _QUEUE: Final = (
 """Queues grow with what waits in them. By default, Fast DDS allocates 100 samples for each beforehand: a
 service takes 130 KiB in place of 38, a subscription 84 in place of 31, and most mirrors stay empty."""
 
-PROFILE: Final = f"""\
+_PROFILE: Final = """\
 <?xml version="1.0" encoding="UTF-8" ?>
 <profiles xmlns="http://www.eprosima.com">
   <participant profile_name="callboard_bridge" is_default_profile="true"><rtps>
@@ -50,12 +45,12 @@ PROFILE: Final = f"""\
       <property><name>fastdds.ignore_local_endpoints</name><value>true</value></property>
     </properties></propertiesPolicy>
     <builtin><discovery_config>
-      <leaseDuration><sec>{LEASE_SEC}</sec></leaseDuration>
-      <leaseAnnouncement><sec>{ANNOUNCEMENT_SEC}</sec></leaseAnnouncement>
+      <leaseDuration><sec>{lease_sec}</sec></leaseDuration>
+      <leaseAnnouncement><sec>{announcement_sec}</sec></leaseAnnouncement>
     </discovery_config></builtin>
   </rtps></participant>
-  <data_writer profile_name="callboard_writer" is_default_profile="true">{_QUEUE}</data_writer>
-  <data_reader profile_name="callboard_reader" is_default_profile="true">{_QUEUE}</data_reader>
+  <data_writer profile_name="callboard_writer" is_default_profile="true">{queue}</data_writer>
+  <data_reader profile_name="callboard_reader" is_default_profile="true">{queue}</data_reader>
 </profiles>
 """
 """Endpoints of one participant do not match: mirrors of one topic do not feed each other."""
@@ -69,6 +64,11 @@ ARRIVAL_FUNCTIONS: Final = (
     "rcl_client_set_on_new_response_callback",
 )
 """Set a C function that ROS 2's own threads call: `(entity, function, user data)`."""
+
+
+def profile_text(lease_sec: int) -> str:
+    """Return the bridge's profile for Fast DDS; `lease_sec` as for `Ros.profile`."""
+    return _PROFILE.format(lease_sec=lease_sec, announcement_sec=ANNOUNCEMENT_SEC, queue=_QUEUE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,14 +98,18 @@ class Ros:
     has_own_profile: bool
 
     @contextmanager
-    def profile(self) -> Generator[None]:
-        """Give Fast DDS the bridge's profile; it reads the file for its first participant."""
+    def profile(self, lease_sec: int) -> Generator[None]:
+        """Give Fast DDS the bridge's profile; it reads the file for its first participant.
+
+        Args:
+            lease_sec: How long other processes show the participant after it was killed.
+        """
         if not self.has_own_profile:
             yield
             return
         with TemporaryDirectory(prefix="callboard-bridge-") as folder:
             path = Path(folder, "fastdds.xml")
-            path.write_text(PROFILE, encoding="utf-8")
+            path.write_text(profile_text(lease_sec), encoding="utf-8")
             is_old = "/libfastrtps.so" in Path("/proc/self/maps").read_text(encoding="utf-8")
             variable = OLD_PROFILE_VARIABLE if is_old else PROFILE_VARIABLE
             os.environ[variable] = str(path)

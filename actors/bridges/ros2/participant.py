@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.bridges.options import LEASE_SEC
 from actors.bridges.ros2.endpoints import (
     NodeContext,
     RosClient,
@@ -42,6 +43,8 @@ class Participant:
         bridge_id: Identifies the bridge; a token of a ROS name.
         arrivals: Waits for messages, requests and responses.
         domain_id: The domain; None for ROS_DOMAIN_ID.
+        lease_sec: How long other processes show it after its process was killed, unless the user has a
+            profile for Fast DDS.
 
     Attributes:
         domain_id: The domain.
@@ -52,7 +55,15 @@ class Participant:
         RosError: ROS 2 refuses.
     """
 
-    def __init__(self, ros: Ros, *, bridge_id: str, arrivals: Arrivals, domain_id: int | None = None) -> None:
+    def __init__(
+        self,
+        ros: Ros,
+        *,
+        bridge_id: str,
+        arrivals: Arrivals,
+        domain_id: int | None = None,
+        lease_sec: int = LEASE_SEC,
+    ) -> None:
         self._ros = ros
         self._arrivals = arrivals
         self._nodes: set[RosNode] = set()
@@ -69,7 +80,7 @@ class Participant:
             )
         self.domain_id: int = self.context.get_domain_id()
         try:
-            with ros.profile():  # the first node makes the participant of DDS
+            with ros.profile(lease_sec):  # the first node makes the participant of DDS
                 self.control = self.mirror_node(f"/{CONTROL_NODE}{bridge_id}")
             self._gid_prefix = self._find_gid_prefix()
         except RosError:

@@ -19,6 +19,7 @@ namespace = "/robot1"
 domain_id = 7
 max_nodes = 10
 max_endpoints = 100
+lease_sec = 20
 
 [depths]
 "/camera/small" = 1
@@ -39,6 +40,7 @@ def test_a_file_and_the_command_line(tmp_path: Path) -> None:
         depths=(("/camera/small", 1), ("/camera/**", 5)),
         max_nodes=10,
         max_endpoints=100,
+        lease_sec=20,
     )
     assert options.rules.depth_of("/camera/small") == 1
     assert load_options({}) == BridgeOptions()
@@ -60,6 +62,7 @@ def test_a_file_and_the_command_line(tmp_path: Path) -> None:
         ("domain_id = '7'", "domain_id must be an integer from 0 to 232, not '7'"),
         ("domain_id = true", "domain_id must be an integer from 0 to 232"),
         ("max_nodes = 1.5", "max_nodes must be an integer from 1 to"),
+        ("lease_sec = 2", "lease_sec must be an integer from 3 to 300, not 2"),
         ("=", " is not TOML: "),
         ("allow = " + "[" * 5000, "nested too deeply"),
         ("# " + "x" * 1024 * 1024, "longer than"),

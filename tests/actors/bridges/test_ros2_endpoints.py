@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.bridges.options import LEASE_SEC
 from actors.bridges.ros2.arrivals import MAX_TAKES_PER_TURN, Arrivals
 from actors.bridges.ros2.errors import RosError
-from actors.bridges.ros2.importing import PROFILE, PROFILE_VARIABLE
+from actors.bridges.ros2.importing import PROFILE_VARIABLE, profile_text
 from actors.bridges.ros2.participant import Participant
 from actors.qos.profile import QoSProfile
 from actors.time.types import INFINITE
@@ -90,7 +91,8 @@ async def test_a_participant_sets_up_fast_dds(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Participant, "mirror_node", mirror_node)
     Side(has_own_profile=True).participant.close()
-    assert seen == [PROFILE]
+    assert seen == [profile_text(LEASE_SEC)]
+    assert f"<leaseDuration><sec>{LEASE_SEC}</sec>" in seen[0]
     assert PROFILE_VARIABLE not in os.environ
 
 

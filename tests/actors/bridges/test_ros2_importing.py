@@ -93,7 +93,7 @@ def test_where_ros_comes_from(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     (tmp_path / "DEFAULT_FASTDDS_PROFILES.xml").touch()
     ros = import_ros()
     assert (ros.distribution, ros.has_own_profile) == ("sourced", False)
-    with ros.profile():
+    with ros.profile(3):
         assert PROFILE_VARIABLE not in dict(sys.modules["os"].environ)
 
 

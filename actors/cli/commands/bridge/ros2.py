@@ -120,7 +120,7 @@ async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
     )
     async with node:
         make = partial(Bridge, node, ros, chosen.rules, Counters(), bridge_id=bridge_id, domain_id=domain)
-        bridge = make()
+        bridge = make(lease_sec=chosen.lease_sec)
 
         def report(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             response.success, response.message = True, json.dumps(bridge.document())
@@ -134,4 +134,4 @@ async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
                 await bridge.run()
             except SuspendedError as error:
                 node.get_logger().warning(str(error))
-                bridge = make()
+                bridge = make(lease_sec=chosen.lease_sec)
