@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from aiohttp import WSMsgType
 
+from actors.errors import ServiceUnavailable
 from actors.interfaces import cdr
 from actors.interfaces.codec import codec_for
 from actors.interfaces.convert import message_to_ordereddict
@@ -221,7 +222,9 @@ class FoxgloveClient:
         service, request = command
         work, is_cdr = self._workspace.work, request.encoding == "cdr"
         try:
-            cls = self._graph.catalogue.services.classes[service.id]
+            cls = self._graph.catalogue.services.classes.get(service.id)
+            if cls is None:
+                raise ServiceUnavailable(f"Service '{service.name}' has gone")
             message = await work.run(decode, cls.Request, request.encoding, request.payload)
             response = await self._workspace.calls.request(cls, service.name, message)
             payload = await work.run(cdr.encode if is_cdr else _json, response)
@@ -307,7 +310,9 @@ class FoxgloveClient:
 
     async def _send_message(self, due: Due[Arrived]) -> None:
         received, time_ns = due.message
-        cls = self._graph.catalogue.channels.classes[due.channel.id]
+        cls = self._graph.catalogue.channels.classes.get(due.channel.id)
+        if cls is None:
+            return  # the channel has just gone, and been forgotten
         payload = received.forms.get(cls)
         if payload is None:
             try:
