@@ -11,7 +11,7 @@ import zstandard
 
 from actors.bags.errors import BagError, InvalidBagError
 from actors.bags.storage.bag_file import open_regular
-from actors.bags.storage.compression import CompressionError, decompress
+from actors.bags.storage.compression import CompressionError, decompress, most_expanded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from actors.bags.storage.bag_file import BagFile, FileContents, Filter, Order
 
 ZSTD_MAGIC: Final = b"\x28\xb5\x2f\xfd"
-MAX_EXPANSION: Final = 200
-"""Limit for the growth of a file by decompression; recordings grow about 20 times at most."""
-_SPARE_BYTES: Final = 64 * 1024 * 1024
 _PIECE_BYTES: Final = 1024 * 1024
 
 
@@ -51,7 +48,8 @@ class CompressedMessages:
         """Yield messages; see `BagFile.messages`."""
         for message in self._file.messages(chosen, order):
             try:
-                data = decompress("zstd", message.data, self._max_bytes)
+                most = min(self._max_bytes, most_expanded(len(message.data)))
+                data = decompress("zstd", message.data, most)
             except CompressionError as error:
                 place = f"topic {message.topic.name[:80]}, time {message.log_time_ns}"
                 raise InvalidBagError(self.path, place, f"a message cannot be read: {error}") from None
@@ -86,7 +84,7 @@ def decompressed_file(path: Path, open_file: Callable[[Path], BagFile]) -> BagFi
 
     Raises:
         BagError: The copy cannot be written, such as for lack of space.
-        InvalidBagError: The file is damaged, or grows more than `MAX_EXPANSION` times.
+        InvalidBagError: The file is damaged, or grows beyond `most_expanded`.
     """
     folder = tempfile.TemporaryDirectory(prefix="callboard-bag-")
     try:
@@ -99,7 +97,7 @@ def decompressed_file(path: Path, open_file: Callable[[Path], BagFile]) -> BagFi
 
 
 def _decompress(path: Path, target: Path) -> None:
-    most = path.stat().st_size * MAX_EXPANSION + _SPARE_BYTES
+    most = most_expanded(path.stat().st_size)
     most = min(most, shutil.disk_usage(target.parent).free // 2)
     size = 0
     with open_regular(path) as file, target.open("wb") as out:

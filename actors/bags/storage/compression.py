@@ -14,12 +14,25 @@ if TYPE_CHECKING:
 
 NAMES: Final = ("none", "zstd", "lz4")
 """Compressions of a bag's chunks, by their names on the command line."""
+MAX_EXPANSION: Final = 200
+"""Limit for the growth by decompression beyond `SPARE_BYTES`; recordings grow about 20 times at most."""
+SPARE_BYTES: Final = 128 * 1024 * 1024
+"""What the smallest file may become: an empty image or map is a thousandth of its size when compressed."""
 _MAX_WINDOW: Final = 128 * 1024 * 1024
 """The window of zstd's highest levels. A frame may ask for up to 2 GiB, which is memory to allocate."""
 
 
 class CompressionError(ValueError):
     """Data cannot be decompressed, or would exceed the limit."""
+
+
+def most_expanded(size: int) -> int:
+    """Return the limit for decompressed bytes.
+
+    Args:
+        size: The number of compressed bytes.
+    """
+    return size * MAX_EXPANSION + SPARE_BYTES
 
 
 def compressor(name: str) -> tuple[str, Callable[[bytes], bytes] | None]:

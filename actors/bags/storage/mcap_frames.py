@@ -20,7 +20,7 @@ from mcap.opcode import Opcode
 
 from actors.bags.errors import InvalidBagError
 from actors.bags.storage.bag_file import MAX_MESSAGE_BYTES, open_regular
-from actors.bags.storage.compression import CompressionError, decompress
+from actors.bags.storage.compression import CompressionError, decompress, most_expanded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -169,6 +169,8 @@ class McapFrames:
             self.fail(offset, f"a chunk announces {largest:,} bytes; the limit is {self.max_chunk_bytes:,}")
         if not name and size != stored:
             self.fail(offset, f"a chunk without compression announces {size:,} bytes, and has {stored:,}")
+        if name and size > (most := most_expanded(stored)):
+            self.fail(offset, f"a chunk of {stored:,} bytes announces {size:,}; the limit is {most:,}")
         try:
             data = decompress(name, self.bytes_at(record.end - stored, stored), size)
         except CompressionError as error:

@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as ForeignWriter
 
 from actors.bags import BagNotFoundError, BagTopic, InvalidBagError, Reader, Writer
+from actors.bags.storage import compression as compression_module
 from actors.bags.storage import mcap_reader, mcap_summary
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.bags.bags import CHATTER, COUNT, START_NS, text, write_bag
@@ -185,7 +186,9 @@ def test_every_changed_byte_is_an_error_or_harmless(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
-def test_a_chunk_beyond_the_limit_is_refused(tmp_path: Path, compression: str) -> None:
+def test_a_chunk_beyond_the_limit_is_refused(
+    tmp_path: Path, compression: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Case 93: a chunk that states, or has, more bytes than allowed is refused before they are made."""
     with Writer(tmp_path / "bag", compression=compression) as writer:
         chatter = writer.add_topic(CHATTER)
@@ -196,6 +199,12 @@ def test_a_chunk_beyond_the_limit_is_refused(tmp_path: Path, compression: str) -
         pytest.raises(InvalidBagError, match="limit is 50,000"),
     ):
         list(bag.messages())
+    # A few bytes may become SPARE_BYTES, and no more, however much a chunk may have.
+    with monkeypatch.context() as patch, Reader(path) as bag:
+        patch.setattr(compression_module, "SPARE_BYTES", 1000)
+        patch.setattr(compression_module, "MAX_EXPANSION", 50)
+        with pytest.raises(InvalidBagError, match=r"a chunk of .* announces 100,.*; the limit is"):
+            list(bag.messages())
     # Less is stated than there is: what is made is never more than what is stated.
     data = bytearray(path.read_bytes())
     place = next(
