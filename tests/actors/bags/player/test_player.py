@@ -9,6 +9,7 @@ import pytest
 
 from actors.bags import BagTopic, Order, PlayerOptions, Reader, Recorder, Selection, Writer
 from actors.bags.errors import BagError, BagNotFoundError, InvalidBagOptionError
+from actors.bags.player import bag_source
 from actors.bags.player.bag_source import BagSource
 from actors.interfaces import cdr
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
@@ -314,6 +315,19 @@ async def test_topics_that_are_not_in_the_bag(meeting: Meeting, tmp_path: Path) 
         found = playing.statistics()
     assert found.topics == {"/chatter": 10}
     assert [each.partition(" is not")[0] for each in found.problems] == ["'/chater'", "'/add/_service_event'"]
+
+
+async def test_topics_beyond_the_limit_are_counted(
+    meeting: Meeting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 95: each type takes time and memory, however small the bag is."""
+    monkeypatch.setattr(bag_source, "MAX_TOPICS", 1)
+    write_bag(tmp_path / "trip")
+    async with player(meeting, tmp_path / "trip") as playing:
+        await playing.wait()
+        found = playing.statistics()
+    assert len(found.topics) == 1
+    assert found.problems == ("1 more topics are not played; the limit is 1",)
 
 
 async def test_damage_ends_the_playing(meeting: Meeting, tmp_path: Path) -> None:
