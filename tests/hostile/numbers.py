@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 TESTS: Final = Path(__file__).resolve().parent.parent
-HIGHEST: Final = 92
+HIGHEST: Final = 95
 
 _CASES: Final = re.compile(r"\b[Cc]ases? (\d+(?:(?:, | and | to |, and )\d+)*)")
 

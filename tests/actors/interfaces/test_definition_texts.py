@@ -119,7 +119,7 @@ def test_standard_types_need_not_be_defined() -> None:
     ],
 )  # fmt: skip
 def test_hostile_definitions_are_refused(text: str, error: type[Exception], reason: str) -> None:
-    """Cycles, sizes without end and what is no definition are errors that say what is wrong."""
+    """Case 95: cycles, sizes without end and what is no definition are errors that say what is wrong."""
     with pytest.raises(error, match=reason):
         class_of_definition("lab_msgs/msg/A", text, ROS2MSG)
 
