@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from actors.web import limits
 from actors.web.refusals import Refusal
 from actors.web.rosbridge.session import MAX_FRAME_BYTES, RosbridgeSession
 from actors.web.routes.live_tool import LiveTool
@@ -22,11 +23,13 @@ async def rosbridge(request: web.Request) -> web.WebSocketResponse:
         listener.count(Refusal.UNREAD_BYTES, connection.holder)
         connection.abort()
 
-    async with open_web_socket(request, most=MAX_FRAME_BYTES) as socket:
+    refusal = control_refusal(request)
+    most = limits.MAX_READ_ONLY_MESSAGE_BYTES if refusal else MAX_FRAME_BYTES
+    async with open_web_socket(request, most=most) as socket:
         session = RosbridgeSession(
             socket,
             workspace_of(request),
-            control_refusal=control_refusal(request),
+            control_refusal=refusal,
             disconnect=disconnect,
             count_drops=listener.refusals.count_drops,
         )

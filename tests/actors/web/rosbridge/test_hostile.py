@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import aiohttp
@@ -12,13 +13,14 @@ from aiohttp import WSCloseCode, WSMsgType
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.web import limits
+from actors.web.options import WebOptions
 from actors.web.rosbridge import outbox
 from actors.web.rosbridge.session import MAX_FRAME_BYTES
 from tests.actors.meeting import DEADLINE_SEC, MIB, until
+from tests.actors.web.rosbridge.bridge import Bridge
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
-    from tests.actors.web.rosbridge.bridge import Bridge
 
 MALFORMED = (
     "", "{", "[]", "null", "3", '"publish"', '{"op": null}', '{"op": "publish"}', "[" * 10_000, "\0",
@@ -57,21 +59,28 @@ async def test_a_text_frame_that_is_not_utf_8_ends_its_connection(bridge: Bridge
     await other.settled()
 
 
-async def test_a_frame_that_is_too_large_ends_its_connection(bridge: Bridge) -> None:
+@pytest.mark.parametrize("read_only", [False, True])
+async def test_a_frame_that_is_too_large_ends_its_connection(meeting: Meeting, *, read_only: bool) -> None:
     """With the code for it, before its bytes have arrived; the largest is read."""
-    client = await bridge.connect()
-    await client.socket.send_bytes(b" " * MAX_FRAME_BYTES)
-    assert (await client.next())["op"] == "status"
-    reader, writer = await asyncio.open_connection("127.0.0.1", bridge.server.port)
-    headers = "Host: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-    writer.write(f"GET / HTTP/1.1\r\n{headers}Sec-WebSocket-Key: {'A' * 22}==\r\n\r\n".encode())
-    async with asyncio.timeout(DEADLINE_SEC):
-        await reader.readuntil(b"\r\n\r\n")
-        writer.write(b"\x82\xff" + (MAX_FRAME_BYTES + 1).to_bytes(8, "big") + bytes(4))
-        head = await reader.readexactly(4)
-    assert (head[0], int.from_bytes(head[2:], "big")) == (0x88, WSCloseCode.MESSAGE_TOO_BIG)
-    writer.close()
-    await client.settled()
+    most = limits.MAX_READ_ONLY_MESSAGE_BYTES if read_only else MAX_FRAME_BYTES
+    async with AsyncExitStack() as stack:
+        options = WebOptions(port=0, page=False, tools=("rosbridge",), allow_control=not read_only)
+        bridge = await Bridge(stack, meeting, options).open()
+        client = await bridge.connect()
+        await client.socket.send_bytes(b" " * most)
+        assert (await client.next())["op"] == "status"
+        reader, writer = await asyncio.open_connection("127.0.0.1", bridge.server.port)
+        headers = (
+            "Host: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        )
+        writer.write(f"GET / HTTP/1.1\r\n{headers}Sec-WebSocket-Key: {'A' * 22}==\r\n\r\n".encode())
+        async with asyncio.timeout(DEADLINE_SEC):
+            await reader.readuntil(b"\r\n\r\n")
+            writer.write(b"\x82\xff" + (most + 1).to_bytes(8, "big") + bytes(4))
+            head = await reader.readexactly(4)
+        assert (head[0], int.from_bytes(head[2:], "big")) == (0x88, WSCloseCode.MESSAGE_TOO_BIG)
+        writer.close()
+        await client.settled()
 
 
 async def test_idle_clients_are_limited(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,6 +116,8 @@ async def test_a_slow_reader_gets_the_newest(bridge: Bridge, meeting: Meeting) -
         else:
             missed += int(found["msg"].split()[0])
     assert missed > 0
+    metrics = await (await bridge.client.get("/metrics")).text()
+    assert f"callboard_web_dropped_messages_total {missed}.0" in metrics
     assert got[-1] == "Ozs7"  # base64 of three times 59
 
 

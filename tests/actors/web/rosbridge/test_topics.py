@@ -109,3 +109,15 @@ async def test_a_topic_that_does_not_exist_yet(bridge: Bridge, meeting: Meeting,
     await until(lambda: publisher.get_subscription_count() == 1)
     publisher.publish(String(data="hello"))
     assert (await client.next())["msg"] == {"data": "hello"}
+
+
+async def test_a_throttled_topic_shows_its_newest_message(bridge: Bridge, meeting: Meeting) -> None:
+    """The first one at once, and later the last one, which rosbridge_suite drops."""
+    node = await meeting.node("talker")
+    publisher = node.create_publisher(String, "/chatter", 10)
+    client = await bridge.connect()
+    await client.send("subscribe", topic="/chatter", throttle_rate=200)
+    await until(lambda: publisher.get_subscription_count() == 1)
+    for text in ("a", "b", "c"):
+        publisher.publish(String(data=text))
+    await client.until(lambda found: found["msg"] == {"data": "c"})
