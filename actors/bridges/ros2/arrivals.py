@@ -94,6 +94,9 @@ class Watch:
         if code:
             self.close()
             raise RosError(f"{_FUNCTIONS[kind]} failed with code {code}")
+        # rmw_fastrtps counts what has arrived before, and sets the callback afterwards: what arrives in
+        # between would wake nobody until the next message.
+        self._again = loop.call_soon(self._run)
 
     def close(self) -> None:
         """Stop; ROS 2's threads do not write to the file descriptor any more."""

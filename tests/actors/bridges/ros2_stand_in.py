@@ -102,6 +102,7 @@ class Network:
         refuses: What creating an endpoint raises.
         refusing_node: The node where it does; "" for all.
         pointers: Of the bridge's latest endpoints, by kind and name.
+        is_silent: Whether it says nothing of what has arrived before a callback is set.
     """
 
     nodes: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
@@ -113,6 +114,7 @@ class Network:
     refuses: Exception | None = None
     refusing_node: str = ""
     pointers: dict[tuple[EntryKind, str], int] = field(default_factory=dict[tuple[EntryKind, str], int])
+    is_silent: bool = False
     eventfds: dict[int, int] = field(default_factory=dict[int, int])
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
@@ -154,7 +156,8 @@ class Network:
             self.eventfds.pop(pointer, None)
         else:
             self.eventfds[pointer] = fd
-            self.wake(pointer)
+            if not self.is_silent:
+                self.wake(pointer)
         return 0
 
 

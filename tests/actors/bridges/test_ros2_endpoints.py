@@ -141,6 +141,17 @@ async def test_messages_are_taken_in_shares(side: Side) -> None:
     assert subscription.publisher_count() == 1
 
 
+async def test_a_message_that_arrives_while_the_callback_is_set(side: Side) -> None:
+    """ROS 2 says nothing of it, and it is taken all the same."""
+    received: list[bytes] = []
+    subscription = side.node.create_subscription(object, "/t", DEPTH, None)
+    next(reversed(side.network.queues.values())).append(message(1))
+    side.network.is_silent = True
+    subscription.listen(lambda cdr, _: received.append(cdr))
+    await turns()
+    assert received == [b"1"]
+
+
 async def test_a_take_that_fails_is_reported_and_tried_again(
     side: Side, monkeypatch: pytest.MonkeyPatch
 ) -> None:
