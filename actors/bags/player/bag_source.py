@@ -67,8 +67,8 @@ class BagSource:
             summaries = [each.reader.summary(quick=False) for each in self._bags]
             filled = [each for each in summaries if each.message_count]
             if not filled:
-                names = " and ".join(map(str, paths))
-                raise BagError(f"{names} {'has' if len(paths) == 1 else 'have'} no messages")
+                bags = " and ".join(map(str, paths))
+                raise BagError(f"{bags} {'has' if len(paths) == 1 else 'have'} no messages")
             self.problems: list[str] = []
             for bag, summary in zip(self._bags, summaries, strict=True):
                 self.problems += bag.choose(summary, selection, excluded, requests)
