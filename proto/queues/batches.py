@@ -19,6 +19,7 @@ from proto.wire.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode
 from proto.wire.ends import ends_from_bytes, ends_to_bytes
 from proto.wire.frames import Batch, Options, Replay, Scalar
 from proto.wire.references import SLOT_HEAD_BYTES, SharedBatch, Slot, shared_batch
+from proto.wire.stamps import cut_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -133,7 +134,8 @@ def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
     if count > 1:
         ends = ends_to_bytes(array("I", [offset - base for offset in offsets[start:stop]]))
     first = batch.first_sequence + start
-    fields = batch.publisher, first, batch.stamp_ns, count, ends, batch.attributes
+    attributes = None if batch.attributes is None else cut_stamps(batch.attributes, first, count)
+    fields = batch.publisher, first, batch.stamp_ns, count, ends, attributes
     if isinstance(batch, SharedBatch):
         return shared_batch(batch.slot, fields, batch.start + base, offsets[stop - 1] - base)
     body = memoryview(batch.payload)[ARRAY_HEAD_BYTES + base : ARRAY_HEAD_BYTES + offsets[stop - 1]]

@@ -31,10 +31,27 @@ def stamps_attribute(first: int, stamps: Sequence[int]) -> Options | None:
     """
     if stamps.count(stamps[0]) == len(stamps):
         return None
-    numbers = array("Q", (first, *stamps))
+    return {STAMPS: _to_bytes(array("Q", (first, *stamps)))}
+
+
+def cut_stamps(attributes: Options, first: int, count: int) -> Options:
+    """Return the attributes of a part of a batch, which has only the times of its own messages.
+
+    A batch that is sent message by message would otherwise have all its times in each frame.
+
+    Args:
+        attributes: Those of the whole batch.
+        first: The number of the part's first message.
+        count: How many messages the part has.
+    """
+    stamps = stamps_from(attributes, first, count)
+    return {**attributes, STAMPS: _to_bytes(array("Q", stamps))} if stamps else attributes
+
+
+def _to_bytes(numbers: array[int]) -> bytes:
     if not _LITTLE_ENDIAN:  # pragma: no cover
         numbers.byteswap()
-    return {STAMPS: numbers.tobytes()}
+    return numbers.tobytes()
 
 
 def stamps_from(attributes: Options, first: int, count: int) -> Sequence[int]:

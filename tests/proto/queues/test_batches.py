@@ -19,6 +19,7 @@ from proto.queues.batches import (
 )
 from proto.wire.codec import decode, encode
 from proto.wire.frames import Batch, Replay
+from proto.wire.stamps import MAX_STAMPS, stamp_of, stamps_attribute, stamps_from
 
 MESSAGES = st.lists(st.binary(min_size=1, max_size=30), min_size=1, max_size=12)
 
@@ -47,6 +48,26 @@ def test_a_batch_has_the_added_messages(parts: list[bytes]) -> None:
     assert parts_of(batch) == parts
     assert batch.length == len(parts)
     assert message_bytes(batch) == sum(map(len, parts))
+
+
+def test_the_parts_of_a_batch_have_only_their_own_times() -> None:
+    """§6.1.7: sent message by message, a batch of 400 takes a few times its bytes, and no time changes."""
+    stamps = [10**18 + 7 * number for number in range(MAX_STAMPS)]
+    builder = BatchBuilder(100)
+    for _ in stamps:
+        builder.add(b"a message")
+    whole = builder.build(7, stamps[0], {"other": 1, **(stamps_attribute(100, stamps) or {})})
+    sent, rest = 0, whole
+    found: list[int] = []
+    for _ in stamps:
+        part, rest = slice_batch(rest, 0, 1), slice_batch(rest, min(1, rest.length - 1), rest.length)
+        sent += len(part.raw)
+        assert part.attributes is not None
+        assert part.attributes["other"] == 1
+        number = part.first_sequence
+        found.append(stamp_of(stamps_from(part.attributes, number, 1), number, 0))
+    assert found == stamps
+    assert sent < 8 * len(whole.raw)
 
 
 @given(MESSAGES, st.data())
