@@ -47,7 +47,7 @@ server = subprocess.Popen(
 )
 with open(f"{folder}/profile.xml", "w") as file:
     file.write(
-        '<profiles xmlns="http://www.eprosima.com"><participant profile_name="short" is_default_profile="true"><rtps>'
+        '<profiles><participant profile_name="short" is_default_profile="true"><rtps>'
         "<builtin><discovery_config><leaseDuration><sec>3</sec></leaseDuration><leaseAnnouncement><sec>1</sec>"
         "</leaseAnnouncement></discovery_config></builtin></rtps></participant></profiles>"
     )
