@@ -20,7 +20,7 @@ from actors.bags.player.bag_source import BagSource
 from actors.bags.player.options import PlayerOptions
 from actors.bags.player.played_service import PlayedService
 from actors.bags.player.read_ahead import ReadAhead
-from actors.bags.player.schedule import NS_PER_SEC, Schedule
+from actors.bags.player.schedule import Schedule
 from actors.bags.player.service_requests import ServiceRequests
 from actors.bags.player.services import PlayerServices
 from actors.bags.player.topic_publishers import CLOCK_TOPIC, TopicPublishers
@@ -28,6 +28,7 @@ from actors.bags.selection import Selection
 from actors.bags.supervised_tasks import SupervisedTasks
 from actors.logging.limited_lines import LimitedLines
 from actors.node.node import Node
+from actors.time.types import NANOSECONDS_PER_SECOND
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
@@ -152,11 +153,11 @@ class Player:
                 self._source.start_ns,
                 self._source.end_ns,
                 rate=options.rate,
-                start_offset_ns=round(options.start_offset_sec * NS_PER_SEC),
-                delay_ns=round(options.delay_sec * NS_PER_SEC),
+                start_offset_ns=round(options.start_offset_sec * NANOSECONDS_PER_SECOND),
+                delay_ns=round(options.delay_sec * NANOSECONDS_PER_SECOND),
                 duration_ns=None
                 if options.duration_sec is None
-                else round(options.duration_sec * NS_PER_SEC),
+                else round(options.duration_sec * NANOSECONDS_PER_SECOND),
                 until_ns=options.until_ns,
                 is_paused=options.start_paused,
             )
@@ -442,7 +443,7 @@ class Player:
         timer = None
         if wait_ns is not None:
             loop = asyncio.get_running_loop()
-            timer = loop.call_later((wait_ns - EARLY_NS) / NS_PER_SEC, self._changed.set)
+            timer = loop.call_later((wait_ns - EARLY_NS) / NANOSECONDS_PER_SECOND, self._changed.set)
         try:
             await self._changed.wait()
         finally:

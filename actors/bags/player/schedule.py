@@ -15,8 +15,8 @@ import math
 from typing import Final
 
 from actors.bags.errors import InvalidBagOptionError
+from actors.time.types import NANOSECONDS_PER_SECOND
 
-NS_PER_SEC: Final = 10**9
 MIN_RATE: Final = 1e-6
 MAX_RATE: Final = 1e9
 """Limits for the rate: beyond them, waits and positions would exceed the range of times in nanoseconds."""
@@ -110,7 +110,7 @@ class Schedule:
         ended_ns = now_ns if self.is_paused else self._due_ns(max(self.stop_ns, self.begin_ns))
         # After a long pause of the machine, or after a burst, missed passes are not made up for.
         late_ns = now_ns - ended_ns
-        self.start(ended_ns if 0 <= late_ns <= NS_PER_SEC else now_ns)
+        self.start(ended_ns if 0 <= late_ns <= NANOSECONDS_PER_SECOND else now_ns)
 
     def position_ns(self, now_ns: int) -> int:
         """Return the time of the bag.

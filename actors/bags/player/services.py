@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from actors.bags.errors import InvalidBagOptionError
 from actors.bags.pause_services import Pausable, PauseServices
-from actors.bags.player.schedule import NS_PER_SEC
 from actors.interfaces.rosbag2_interfaces.srv import Burst, GetRate, Play, PlayNext, Seek, SetRate
+from actors.time.types import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Duration, Time
@@ -81,4 +81,4 @@ class PlayerServices:
 
 
 def _ns(moment: Time | Duration) -> int:
-    return moment.sec * NS_PER_SEC + moment.nanosec
+    return moment.sec * NANOSECONDS_PER_SECOND + moment.nanosec

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.bags.player.played_service import PlayedService
 from actors.bags.player.playing_qos import playing_qos
-from actors.bags.player.schedule import NS_PER_SEC
 from actors.endpoints.publisher.publisher import MAX_STAMP_NS
 from actors.errors import PublisherRefused, WaitTimeout
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosbag2_interfaces.msg import ReadSplitEvent
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
+from actors.time.types import NANOSECONDS_PER_SECOND
 from proto.errors import CallboardError
 from proto.untrusted_text import escape
 
@@ -130,7 +130,7 @@ class TopicPublishers:
             time_ns: The time of the bag.
         """
         if self._clock is not None:
-            sec, nanosec = divmod(time_ns, NS_PER_SEC)
+            sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
             self._clock.publish(Clock(clock=Time(sec=min(sec, MAX_SEC), nanosec=nanosec)))
 
     async def flush(self, limit_sec: float | None) -> None:

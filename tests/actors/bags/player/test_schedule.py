@@ -7,10 +7,11 @@ import random
 import pytest
 
 from actors.bags.errors import InvalidBagOptionError
-from actors.bags.player.schedule import NS_PER_SEC, Schedule
+from actors.bags.player.schedule import Schedule
+from actors.time.types import NANOSECONDS_PER_SECOND
 
 START_NS = 1_700_000_000_000_000_000
-SEC = NS_PER_SEC
+SEC = NANOSECONDS_PER_SECOND
 
 
 def schedule(length_sec: float = 100, **options: object) -> Schedule:
