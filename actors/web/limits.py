@@ -11,10 +11,11 @@ BODY_SEC: Final = 10.0
 """Seconds for such a body to arrive."""
 
 MAX_MESSAGE_BYTES: Final = 4 * 1024 * 1024
-"""A message of a live tool that may publish and call."""
+"""Limit for a message of a live tool that may publish and call."""
 
 MAX_READ_ONLY_MESSAGE_BYTES: Final = 256 * 1024
-"""A message of any other: a list of thousands of channels."""
+"""Limit for a message of a live tool that may only read: enough to subscribe to thousands of
+channels."""
 
 MAX_SIGN_IN_BYTES: Final = 8 * 1024
 """The body of a request to sign in, which anybody may send: a token has at most 512 characters."""

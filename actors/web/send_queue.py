@@ -17,16 +17,17 @@ K = TypeVar("K", bound="Hashable")
 M = TypeVar("M")
 
 MAX_MESSAGES: Final = 1000
-"""Messages of a channel."""
+"""Limit for the messages of one channel."""
 
 MAX_CHANNEL_BYTES: Final = 1 << 20
-"""Those of a channel, a second of a slow link; one message may be larger."""
+"""Limit for their bytes, which a slow link sends in a second; one larger message may wait alone."""
 
 MAX_LATCHED_BYTES: Final = 16 << 20
-"""Those of a channel which are not dropped for others; one message may be larger."""
+"""Limit for the bytes of a channel that are not dropped for other messages: the newest message of each
+publisher of a latched topic. One larger message may wait alone."""
 
 MAX_CLIENT_BYTES: Final = 64 << 20
-"""Those of all channels, without those which are not dropped for others."""
+"""Limit for the droppable bytes of all channels together."""
 
 OVERHEAD_BYTES: Final = 256
 """Memory that a message takes beside its bytes."""
@@ -54,10 +55,10 @@ class _Channel(Generic[M]):
 
     Attributes:
         limit: As given.
-        volatile: Bytes of messages that may be dropped for others.
+        droppable: Bytes of the messages that may be dropped for others.
     """
 
-    __slots__ = ("_latched", "_newest", "_of_source", "_waiting", "limit", "volatile")
+    __slots__ = ("_latched", "_newest", "_of_source", "_waiting", "droppable", "limit")
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
@@ -66,7 +67,7 @@ class _Channel(Generic[M]):
         """Messages of each publisher of a latched topic."""
         self._newest: dict[bytes, int] = {}
         """The size of the newest of each, the oldest first."""
-        self.volatile = self._latched = 0
+        self.droppable = self._latched = 0
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -77,14 +78,14 @@ class _Channel(Generic[M]):
         self._waiting.append(waiting)
         if source:
             former = self._newest.pop(source, 0)
-            self.volatile += former
+            self.droppable += former
             self._latched += size - former
             self._newest[source] = size
             self._of_source[source] += 1
         else:
-            self.volatile += size
+            self.droppable += size
         dropped = 0
-        while (self.volatile > MAX_CHANNEL_BYTES or len(self) > self.limit) and self.drop(keep_last=True):
+        while (self.droppable > MAX_CHANNEL_BYTES or len(self) > self.limit) and self.drop(keep_last=True):
             dropped += 1
         while len(self) > 1 and (self._latched > MAX_LATCHED_BYTES or len(self) > self.limit):
             self._remove(0)
@@ -117,7 +118,7 @@ class _Channel(Generic[M]):
             return message
         if source:
             self._of_source[source] -= 1
-        self.volatile -= size
+        self.droppable -= size
         return message
 
 
@@ -125,7 +126,7 @@ class SendQueue(Generic[K, M]):
     """What waits for one client.
 
     Attributes:
-        volatile: Bytes of messages that may be dropped for others.
+        droppable: Bytes of the messages that may be dropped for others.
         drops: Messages dropped since it was last cleared, by channel.
     """
 
@@ -133,7 +134,7 @@ class SendQueue(Generic[K, M]):
         self._channels: dict[K, _Channel[M]] = {}
         self._ready: dict[K, None] = {}
         """Channels with messages, in the order of their turns."""
-        self.volatile = 0
+        self.droppable = 0
         self.drops: Counter[K] = Counter()
 
     def __bool__(self) -> bool:
@@ -160,7 +161,7 @@ class SendQueue(Generic[K, M]):
 
     def close(self, key: K) -> None:
         """Close a channel; its messages no longer wait."""
-        self.volatile -= self._channels.pop(key).volatile
+        self.droppable -= self._channels.pop(key).droppable
         self._ready.pop(key, None)
         del self.drops[key]
 
@@ -174,13 +175,13 @@ class SendQueue(Generic[K, M]):
             source: The publisher if the topic is latched; else empty.
         """
         channel = self._channels[key]
-        before = channel.volatile
+        before = channel.droppable
         dropped = channel.add(_Waiting(message, size + OVERHEAD_BYTES, source))
-        self.volatile += channel.volatile - before
+        self.droppable += channel.droppable - before
         self._ready[key] = None
         if dropped:
             self.drops[key] += dropped
-        if self.volatile > MAX_CLIENT_BYTES:
+        if self.droppable > MAX_CLIENT_BYTES:
             self._make_room(key)
 
     def pop(self) -> tuple[K, M]:
@@ -191,9 +192,9 @@ class SendQueue(Generic[K, M]):
         """
         key = next(iter(self._ready))
         channel = self._channels[key]
-        before = channel.volatile
+        before = channel.droppable
         message = channel.pop()
-        self.volatile += channel.volatile - before
+        self.droppable += channel.droppable - before
         del self._ready[key]
         if channel:
             self._ready[key] = None  # at the end
@@ -203,14 +204,14 @@ class SendQueue(Generic[K, M]):
         """Drop messages of the largest channels; the newest of each is dropped after all others."""
         # An eighth more than needed: sorting costs as much as there are channels.
         wanted = MAX_CLIENT_BYTES * 7 // 8
-        largest = sorted(self._channels.items(), key=lambda each: each[1].volatile, reverse=True)
+        largest = sorted(self._channels.items(), key=lambda each: each[1].droppable, reverse=True)
         for keep_last in (True, False):
             for key, channel in largest:
-                before = channel.volatile
-                while self.volatile + channel.volatile - before > wanted and channel.drop(
+                before = channel.droppable
+                while self.droppable + channel.droppable - before > wanted and channel.drop(
                     keep_last=keep_last or key == added
                 ):
                     self.drops[key] += 1
-                self.volatile += channel.volatile - before
+                self.droppable += channel.droppable - before
                 if not channel:
                     self._ready.pop(key, None)

@@ -1,6 +1,7 @@
 """Times of messages that share a batch, in its attributes (docs/protocol.md §6.1.7).
 
-They name the first message that they are for: whoever cuts a batch need not know of them.
+The attribute has the number of the message to which its first time belongs, so that ends that do not know it
+can cut a batch.
 """
 
 from __future__ import annotations

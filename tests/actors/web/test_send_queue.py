@@ -46,7 +46,7 @@ def test_a_large_message_replaces_the_one_before() -> None:
     for number in range(3):
         queue.add("image", number, 2 * MAX_CHANNEL_BYTES)
     assert drained(queue) == [("image", 2)]
-    assert queue.volatile == 0
+    assert queue.droppable == 0
 
 
 def test_the_newest_of_each_publisher_of_a_latched_topic_stays() -> None:
@@ -86,7 +86,7 @@ def test_many_channels_together_have_a_limit() -> None:
     for number in range(20):
         for key in keys:
             queue.add(key, number, MAX_CHANNEL_BYTES // 10)
-    assert queue.volatile <= MAX_CLIENT_BYTES
+    assert queue.droppable <= MAX_CLIENT_BYTES
     taken = drained(queue)
     assert dict(taken) == {**dict.fromkeys(keys, 19), "small": "only"}
     assert queue.drops.total() == 200 * 20 + 1 - len(taken)
@@ -98,11 +98,11 @@ def test_newest_messages_that_are_too_many_are_dropped() -> None:
     queue = queue_of(*keys)
     for key in keys:
         queue.add(key, key, MAX_CHANNEL_BYTES)
-        assert queue.volatile <= MAX_CLIENT_BYTES
+        assert queue.droppable <= MAX_CLIENT_BYTES
     taken = [key for key, _ in drained(queue)]
     assert taken[-1] == "99"
     assert len(taken) + queue.drops.total() == 100
-    assert queue.volatile == 0
+    assert queue.droppable == 0
 
 
 def test_a_closed_channel_has_no_messages() -> None:
@@ -112,7 +112,7 @@ def test_a_closed_channel_has_no_messages() -> None:
     queue.add("b", 2, 1, b"x")
     queue.close("a")
     assert drained(queue) == [("b", 2)]
-    assert queue.volatile == 0
+    assert queue.droppable == 0
     queue.open("a")
     queue.add("a", 3, 1)
     assert drained(queue) == [("a", 3)]
