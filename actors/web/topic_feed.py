@@ -15,7 +15,7 @@ from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterator
+    from collections.abc import Callable, Collection, Hashable, Iterator
 
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
@@ -143,6 +143,14 @@ class TopicListener:
             del known[next(iter(known))]
         self._receive(received, publisher if self._feed.is_latched else b"")
 
+    def types_of(self, node: str) -> Collection[str]:
+        """Return the types of a node's publishers of the topic; none if the node is new.
+
+        Args:
+            node: Its full name.
+        """
+        return self._feed.types_of(node)
+
     async def accepted(self) -> None:
         """Wait until the broker has answered the subscription, or cannot be reached.
 
@@ -227,8 +235,8 @@ class TopicFeed:
         self._types: dict[str, set[str]] | None = None
         """The types of the publishers of each node; None until they are needed after a change of the
         graph."""
-        self._end_watch = observer.on_graph(self._update_subscription)
         self._subscribe(profile_of(observer.around(topic), topic, depth=DEPTH))
+        self._end_watch = observer.on_graph(self._update_subscription)  # after what may raise
         self.answer = SubscriptionAnswer(observer.node, lambda: self._subscription, self._wake)
 
     def _wake(self) -> None:
@@ -281,12 +289,17 @@ class TopicFeed:
 
     def may_publish(self, node: str, kind: str) -> bool:
         """Return whether a node has a publisher of a type, or is new: messages do not name their type."""
+        types = self.types_of(node)
+        return not types or kind in types
+
+    def types_of(self, node: str) -> Collection[str]:
+        """See `TopicListener.types_of`."""
         if self._types is None:
             self._types = {}
             for entry in self._observer.around(self._topic).of_kind(EntryKind.PUBLISHER):
                 if entry.name == self._topic:
                     self._types.setdefault(entry.node, set()).add(entry.type_name)
-        return kind in self._types.get(node, {kind})
+        return self._types.get(node, ())
 
     def _update_subscription(self) -> None:
         """Adapt type and QoS to the publishers: a new one may have latched messages for us, or be strict."""

@@ -53,7 +53,8 @@ class _Read:
         output: Decides how they are sent, and which wait for a throttle.
         wanted: The type that the client has given; else empty.
         decode: Decodes messages of the topic's type; None if that is not known yet.
-        unknown: The graph that did not say which type it is.
+        kind: That type.
+        asked: The graph when the type was looked up last.
         reported: Whether the client knows that a message could not be sent.
     """
 
@@ -61,7 +62,8 @@ class _Read:
     output: TopicOutput[Received]
     wanted: str
     decode: Callable[[bytes], Any] | None = None
-    unknown: GraphSnapshot | None = None
+    kind: str = ""
+    asked: GraphSnapshot | None = None
     reported: bool = False
 
 
@@ -173,7 +175,7 @@ class ReadTopics:
         found = self._topics[text]
         compression = found.output.compression
         try:
-            decode = found.decode or await self._decoder(text, found)
+            decode = await self._decoder(text, found, received.info.publisher_node)
             frame = await publish_frame(received, decode, text, compression, self._peer.workspace.work)
         except CallboardError as error:
             self._count_drops(1)
@@ -184,18 +186,22 @@ class ReadTopics:
         is_binary = compression in {"cbor", "cbor-raw"}
         await self._outbox.send(frame, found.output.fragment_size, binary=is_binary)
 
-    async def _decoder(self, text: str, found: _Read) -> Callable[[bytes], Any]:
-        """Return what decodes a topic's messages: by its type, also one that is not installed here."""
+    async def _decoder(self, text: str, found: _Read, node: str) -> Callable[[bytes], Any]:
+        """Return what decodes a node's messages: by the topic's type, also one that is not installed here."""
         workspace, decode_any = self._peer.workspace, found.listener.decode
         name, snapshot = full_name(text), workspace.observer.snapshot
-        if found.unknown is snapshot:
-            return decode_any
+        # The topic may have got another type, as which the bytes would make sense, too.
+        if found.decode is not None and found.kind in found.listener.types_of(node):
+            return found.decode
+        if found.asked is snapshot:
+            return found.decode or decode_any
+        found.asked, found.decode = snapshot, None
         try:
             # The newest graph: a message may come before the news of its publisher.
             newest = await workspace.observer.newest_around(name)
-            decode_one = codec_for(await workspace.types.message(newest, name, found.wanted)).decode
+            msg_type = await workspace.types.message(newest, name, found.wanted)
+            decode_one = codec_for(msg_type).decode
         except CallboardError:  # it has several types, or none
-            found.unknown = snapshot
             return decode_any
 
         def decode(data: bytes) -> Any:
@@ -204,7 +210,7 @@ class ReadTopics:
             except InvalidMessageError:  # from a new publisher with another type
                 return decode_any(data)
 
-        found.decode = decode
+        found.decode, found.kind = decode, type_name(msg_type)
         return decode
 
     def _report(self) -> None:

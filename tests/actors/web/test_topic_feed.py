@@ -5,18 +5,19 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, cast
 
+import pytest
+
 from actors.endpoints.subscription.backlog import MessageInfo
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import String
 from actors.web import topic_feed
 from actors.web.topic_feed import MAX_BYTES, NewestMessages, Received, TopicFeeds
+from proto.errors import InvalidTopicNameError
 from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    import pytest
 
     from actors.node.node import Node
     from actors.web.topic_feed import TopicReader
@@ -48,18 +49,18 @@ class LateObserver:
     def __init__(self, node: Node) -> None:
         self.node = node
         self._snapshot = GraphSnapshot()
-        self._listeners: list[Callable[[], None]] = []
+        self.listeners: list[Callable[[], None]] = []
 
     def around(self, _: str) -> GraphSnapshot:
         return self._snapshot
 
     def on_graph(self, listener: Callable[[], None]) -> Callable[[], None]:
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+        self.listeners.append(listener)
+        return lambda: self.listeners.remove(listener)
 
     async def look(self) -> None:
         self._snapshot = await self.node.get_graph()
-        for listener in self._listeners:
+        for listener in self.listeners:
             listener()
 
 
@@ -89,6 +90,14 @@ async def test_a_reader_gets_a_latched_message_once(meeting: Meeting) -> None:
     assert [decode(each.data).data for each in second.pop()] == ["kept", "new"]
     for reader in (first, second):
         reader.close()
+
+
+async def test_a_name_that_breaks_the_rules_leaves_nothing(meeting: Meeting) -> None:
+    """Otherwise each attempt of a client would cost memory, and time at each change of the graph."""
+    observer = LateObserver(await meeting.node("page"))
+    with pytest.raises(InvalidTopicNameError):
+        TopicFeeds(cast("Any", observer)).read("/a b", 10, lambda: None)
+    assert not observer.listeners
 
 
 async def test_a_change_of_the_graph_while_a_decoder_is_made(

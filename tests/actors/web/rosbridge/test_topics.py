@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.interfaces.geometry_msgs.msg import PointStamped
+from actors.interfaces.geometry_msgs.msg import PointStamped, Quaternion
 from actors.interfaces.sensor_msgs.msg import Image, LaserScan
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_msgs.msg import ColorRGBA, String
+from proto.wire.codes import EntryKind
 from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
@@ -121,3 +122,23 @@ async def test_a_throttled_topic_shows_its_newest_message(bridge: Bridge, meetin
     for text in ("a", "b", "c"):
         publisher.publish(String(data=text))
     await client.until(lambda found: found["msg"] == {"data": "c"})
+
+
+async def test_a_topic_gets_another_type(bridge: Bridge, meeting: Meeting) -> None:
+    """Its messages are decoded as what they are, although the bytes would make sense as the type before."""
+    client = await bridge.connect()
+    await client.send("subscribe", topic="/thing")
+    colors = (await meeting.node("painter")).create_publisher(ColorRGBA, "/thing", 10)
+    await until(lambda: colors.get_subscription_count() == 1)
+    colors.publish(ColorRGBA(r=1.0))
+    assert (await client.next())["msg"]["r"] == 1
+    colors.destroy()
+    turns = (await meeting.node("turner")).create_publisher(Quaternion, "/thing", 10)
+
+    def types() -> list[str]:
+        found = bridge.observer.snapshot.endpoints(EntryKind.PUBLISHER, "/thing")
+        return [each.topic_type for each in found]
+
+    await until(lambda: types() == ["geometry_msgs/msg/Quaternion"] and turns.get_subscription_count())
+    turns.publish(Quaternion(x=1.0))
+    assert (await client.next())["msg"]["x"] == 1
