@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from aiohttp import WSMsgType
 
 from actors.web.rosbridge.frames import as_png, in_fragments
+from actors.web.worker import TooMuchWorkError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -141,7 +143,10 @@ class Outbox:
     async def _send_replies(self) -> None:
         while self._replies:
             reply = self._replies[0]
-            frame = await self._work.run(as_png, reply.frame) if reply.compression == "png" else reply.frame
+            frame = reply.frame
+            if reply.compression == "png":
+                with suppress(TooMuchWorkError):  # then it is sent as it is, which all clients understand
+                    frame = await self._work.run(as_png, frame)
             await self.send(frame, reply.fragment_size, binary=False)
             self._replies.popleft()
             self._bytes -= len(reply.frame)

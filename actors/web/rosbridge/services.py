@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -55,8 +55,8 @@ class CalledServices:
     def __init__(self, peer: Peer) -> None:
         self._peer = peer
         self._clients: OrderedDict[tuple[str, str], Client[bytes, bytes]] = OrderedDict()
-        self._calls: dict[tuple[str, str], int] = {}
-        """Calls that wait, by the same keys: a client is not destroyed meanwhile."""
+        self._calls: Counter[Client[bytes, bytes]] = Counter()
+        """Calls that wait, by client, which is not destroyed meanwhile: several may be made for one key."""
 
     def has_server(self, request: CallService) -> bool:
         """Return whether a node of the graph serves a service."""
@@ -80,19 +80,20 @@ class CalledServices:
         client = self._clients.get(key) or await self._client(*key)
         self._clients[key] = client
         self._clients.move_to_end(key)
-        self._calls[key] = self._calls.get(key, 0) + 1
+        self._calls[client] += 1
         try:
             kind: Any = client.srv_type
             values = arguments_by_name(kind.Request, request.args)
             encoded = await self._peer.encoded(kind.Request, values, size)
             response = await client.call(encoded, request.timeout or DEFAULT_TIMEOUT)
         except ServiceUnavailable:
-            self._clients.pop(key, None)  # the next server may have another type
+            if self._clients.get(key) is client:
+                del self._clients[key]  # the next server may have another type
             raise
         finally:
-            self._calls[key] -= 1
-            if not self._calls[key]:
-                del self._calls[key]
+            self._calls[client] -= 1
+            if not self._calls[client]:
+                del self._calls[client]
                 if self._clients.get(key) is not client:
                     client.destroy()
             self._make_room()
@@ -111,7 +112,7 @@ class CalledServices:
         return client
 
     def _make_room(self) -> None:
-        unused = [key for key in self._clients if key not in self._calls]
+        unused = [key for key, client in self._clients.items() if client not in self._calls]
         for key in unused[: max(0, len(self._clients) - MAX_CLIENTS)]:
             self._clients.pop(key).destroy()
 

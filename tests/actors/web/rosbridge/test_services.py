@@ -10,6 +10,7 @@ import pytest
 from actors.errors import RemoteError, ServiceUnavailable
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.web import worker
 from actors.web.rosbridge import services, session
 from proto.wire.codes import EntryKind
 from tests.actors.meeting import until
@@ -215,3 +216,37 @@ async def test_clients_call_each_other(bridge: Bridge) -> None:
         "service_response", id=request["id"], service="/set", values={"message": "x"}, result=True
     )
     assert (await client.next())["values"] == {"success": False, "message": "x"}
+
+
+async def test_calls_that_are_first_at_the_same_time_leave_one_client(
+    bridge: Bridge, meeting: Meeting
+) -> None:
+    """Each makes one of its own; those that are not kept end with their calls."""
+    began, all_began = 0, asyncio.Event()
+
+    async def answer(_: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        nonlocal began
+        began += 1
+        if began == 5:
+            all_began.set()
+        await all_began.wait()
+        return response
+
+    (await meeting.node("setter")).create_service(SetBool, "/set", answer, concurrent=True)
+    client = await bridge.connect()
+    await until(lambda: bridge.observer.snapshot.count(EntryKind.SERVICE, "/set"))
+    for number in range(5):
+        await client.send("call_service", id=number, service="/set")
+    assert {(await client.next())["id"] for _ in range(5)} == set(range(5))
+    graph = await bridge.observer.node.get_graph()
+    assert sum(each.name == "/set" for each in graph.of_kind(EntryKind.CLIENT)) == 1
+
+
+async def test_a_response_is_sent_as_it_is_if_the_thread_has_no_room(
+    bridge: Bridge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Instead of a PNG file; its client reads it, too."""
+    client = await bridge.connect()
+    monkeypatch.setattr(worker, "MAX_WAITING", 0)
+    await client.send("call_service", id=1, service="/add", args=[1], compression="png")
+    assert (await client.next())["op"] == "service_response"
