@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
 from actors.interfaces.cdr import codec_for
 from actors.interfaces.definition_texts import definition_text
 from actors.web.foxglove.messages import Channel, Service
+from actors.web.worker import TooMuchWorkError
 from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
 from proto.wire.names import is_hidden
@@ -135,6 +136,8 @@ class Catalogue:
             if found is None:
                 try:
                     found, cls = await make(each)
+                except TooMuchWorkError:  # it says nothing about the name
+                    raise
                 except (CallboardError, TypeError) as error:
                     problems[each.name] = f"'{each.name}' is left out: {error}"
                     continue

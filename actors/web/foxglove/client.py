@@ -13,7 +13,6 @@ from actors.errors import ServiceUnavailable
 from actors.interfaces import cdr
 from actors.interfaces.codec import codec_for
 from actors.interfaces.convert import message_to_ordereddict
-from actors.interfaces.errors import InvalidMessageError
 from actors.web.foxglove import messages as wire
 from actors.web.foxglove.assets import AssetError, read_asset
 from actors.web.foxglove.graph import FoxgloveGraph
@@ -320,7 +319,8 @@ class FoxgloveClient:
                     payload = await self._workspace.work.run(_cdr, cls, received.data)
                 else:
                     payload = _cdr(cls, received.data)
-            except InvalidMessageError as error:
+            except CallboardError as error:  # it is not one of its type, or the thread has too much work
+                self._count_drops(1)
                 text = f"A message of '{due.channel.topic}' is left out: {error}"
                 self._session.answers.report(wire.WARNING, text, f"callboard.message:{due.channel.topic}")
                 return

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.web.foxglove.catalogue import Catalogue
 from actors.web.foxglove.clock import Clock
 from actors.web.foxglove.parameters import Parameters
 from actors.web.foxglove.session import Connections
+from actors.web.worker import TooMuchWorkError
 from proto.aio.tasks import keep_running
 from proto.wire.codes import EntryKind
 
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
     from actors.web.foxglove.catalogue import Declared
     from actors.web.workspace import Workspace
+
+
+BUSY_SEC: Final = 0.5
+"""Seconds until the graph is looked at again, if the thread for long work had no room."""
 
 
 class GraphClient(Protocol):
@@ -106,14 +111,21 @@ class FoxgloveGraph:
         while True:
             await self._news.wait()
             self._news.clear()
-            snapshot = self._observer.snapshot
-            self.clock.follow()
-            await self.catalogue.update(snapshot, [*self._published])
-            if snapshot is not self._seen:
-                self.connections = await self._observer.work.run(connections_of, snapshot)
-                self._seen = snapshot
-            for each in tuple(self._clients):
-                each.graph_changed()
+            try:
+                await self._update()
+            except TooMuchWorkError:  # for clients of this user
+                self._news.set()
+                await asyncio.sleep(BUSY_SEC)
+
+    async def _update(self) -> None:
+        snapshot = self._observer.snapshot
+        self.clock.follow()
+        await self.catalogue.update(snapshot, [*self._published])
+        if snapshot is not self._seen:
+            self.connections = await self._observer.work.run(connections_of, snapshot)
+            self._seen = snapshot
+        for each in tuple(self._clients):
+            each.graph_changed()
 
     def _parameter_changed(self, name: str, value: Mapping[str, Any]) -> None:
         for each in self._clients:

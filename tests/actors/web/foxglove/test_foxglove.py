@@ -19,9 +19,11 @@ from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.web import send_queue
+from actors.web import send_queue, worker
 from actors.web.foxglove import client as client_module
+from actors.web.foxglove.catalogue import Catalogue
 from actors.web.options import WebOptions
+from actors.web.worker import TooMuchWorkError
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.foxglove.conftest import TOKEN
 from tests.actors.web.foxglove.peer import SDK, Peer, values_in
@@ -485,3 +487,40 @@ async def test_a_client_that_only_asks_is_not_read(site: Site, monkeypatch: pyte
         assert not task.done()
         task.cancel()
         await asyncio.wait([task])
+
+
+async def test_a_message_is_left_out_if_the_thread_has_no_room(
+    peer: Peer, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The client hears of it, and gets the next one."""
+    publisher = (await meeting.node("talker")).create_publisher(String, "/chatter", 10)
+    await peer.subscribe("/chatter")
+    await until(publisher.get_subscription_count)
+    monkeypatch.setattr(client_module, "LOOP_BYTES", 0)
+    with monkeypatch.context() as full:
+        full.setattr(worker, "MAX_WAITING", 0)
+        publisher.publish(String(data="first"))
+        await peer.until(lambda: peer.statuses)
+    assert peer.statuses[0].startswith("A message of '/chatter' is left out: ")
+    publisher.publish(String(data="second"))
+    assert (await peer.message(String)).data == "second"
+
+
+async def test_the_graph_is_looked_at_again_if_the_thread_had_no_room(
+    peer: Peer, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its next change may be far."""
+    await peer.text("serverInfo")
+    update, refused = Catalogue.update, 0
+
+    async def busy_once(*args: Any) -> bool:
+        nonlocal refused
+        if not refused:
+            refused += 1
+            raise TooMuchWorkError("busy")
+        return await update(*args)
+
+    monkeypatch.setattr(Catalogue, "update", busy_once)
+    (await meeting.node("talker")).create_publisher(String, "/chatter")
+    await peer.until(lambda: "/chatter" in peer.channels)
+    assert refused
