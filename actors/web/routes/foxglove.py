@@ -9,7 +9,7 @@ from aiohttp import web
 from actors.web import limits
 from actors.web.foxglove.client import FoxgloveClient
 from actors.web.foxglove.messages import SUBPROTOCOLS
-from actors.web.routes.live_tool import LiveTool
+from actors.web.routes.live_tool import HEARTBEAT_SEC, LiveTool
 from actors.web.routes.state import control_refusal, state_of, workspace_of
 from actors.web.routes.web_socket import open_web_socket
 
@@ -32,9 +32,7 @@ async def foxglove(request: web.Request) -> web.StreamResponse:
     state = state_of(request)
     refusal = control_refusal(request)
     most = limits.MAX_READ_ONLY_MESSAGE_BYTES if refusal else limits.MAX_MESSAGE_BYTES
-    async with open_web_socket(
-        request, most=most, subprotocol=chosen, heartbeat_sec=2 * limits.UNREAD_SEC
-    ) as socket:
+    async with open_web_socket(request, most=most, subprotocol=chosen, heartbeat_sec=HEARTBEAT_SEC) as socket:
         client = FoxgloveClient(
             socket,
             workspace_of(request),

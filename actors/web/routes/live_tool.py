@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+
+from actors.web import limits
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from aiohttp import web
+
+
+HEARTBEAT_SEC: Final = 2 * limits.UNREAD_SEC
+"""Seconds without anything from a client until it is pinged. It has half as many to answer: on a slow link,
+the ping waits behind what the kernel holds."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

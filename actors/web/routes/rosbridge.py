@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from actors.web import limits
 from actors.web.refusals import Refusal
 from actors.web.rosbridge.session import MAX_FRAME_BYTES, RosbridgeSession
-from actors.web.routes.live_tool import LiveTool
+from actors.web.routes.live_tool import HEARTBEAT_SEC, LiveTool
 from actors.web.routes.state import CONNECTION, control_refusal, state_of, workspace_of
 from actors.web.routes.web_socket import open_web_socket
 
@@ -25,7 +25,7 @@ async def rosbridge(request: web.Request) -> web.WebSocketResponse:
 
     refusal = control_refusal(request)
     most = limits.MAX_READ_ONLY_MESSAGE_BYTES if refusal else MAX_FRAME_BYTES
-    async with open_web_socket(request, most=most) as socket:
+    async with open_web_socket(request, most=most, heartbeat_sec=HEARTBEAT_SEC) as socket:
         session = RosbridgeSession(
             socket,
             workspace_of(request),
