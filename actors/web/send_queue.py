@@ -2,7 +2,7 @@
 
 Each channel has a queue and its turn, so that a flood on one neither delays nor displaces what others have. A
 queue that is full drops its oldest message. But a latched topic may never say again what it has said, so the
-newest message of each of its publishers is not dropped for other messages.
+newest message of each of its publishers is not dropped for other messages, up to `MAX_LATCHED_BYTES`.
 """
 
 from __future__ import annotations
