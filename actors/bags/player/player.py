@@ -379,7 +379,7 @@ class Player:
                 in_turn = 0
                 await self._until_changed(None)
                 continue
-            if message is None or message.time_ns > schedule.stop_ns:
+            if message is None or schedule.is_over(message.time_ns):
                 in_turn = 0
                 if await self._goes_on():
                     continue

@@ -82,7 +82,19 @@ class Schedule:
         # As in ROS 2: a duration of 0 is no time at all, rather than that of the first message.
         limits = [] if duration_ns is None else [self.begin_ns + duration_ns if duration_ns else 0]
         limits += [] if until_ns is None else [until_ns]
-        self.stop_ns = min(max(limits, default=self.end_ns), self.end_ns)
+        self._limit_ns = max(limits, default=None)
+        self.stop_ns = self.end_ns if self._limit_ns is None else min(self._limit_ns, self.end_ns)
+
+    def is_over(self, time_ns: int) -> bool:
+        """Return whether a message is behind the range to play.
+
+        Without a limit none is: by publish time, messages can be later than the last time of the bag, by the
+        difference between the clocks of two machines.
+
+        Args:
+            time_ns: The message's time in the bag.
+        """
+        return self._limit_ns is not None and time_ns > self._limit_ns
 
     @property
     def is_empty(self) -> bool:

@@ -132,6 +132,8 @@ def test_a_part_of_the_bag(options: dict[str, int], begin_sec: int, stop_sec: in
     plan = schedule(**options)
     assert plan.begin_ns == START_NS + begin_sec * SEC
     assert plan.stop_ns == START_NS + stop_sec * SEC
+    assert not plan.is_over(plan.stop_ns)
+    assert plan.is_over(plan.end_ns + 1000 * SEC) == bool(options.keys() & {"duration_ns", "until_ns"})
     assert plan.wait_ns(plan.begin_ns + 1, 0) == 1
 
 
