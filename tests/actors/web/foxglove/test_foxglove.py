@@ -19,7 +19,7 @@ from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.web import send_queue, worker
+from actors.web import worker
 from actors.web.foxglove import client as client_module
 from actors.web.foxglove.catalogue import Catalogue
 from actors.web.options import WebOptions
@@ -470,20 +470,32 @@ async def test_what_is_too_large_ends_the_connection(site: Site, meeting: Meetin
         await Peer(innocent).parameters()
 
 
-async def test_a_client_that_only_asks_is_not_read(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_client_that_only_asks_is_not_read(
+    site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It fills the kernel's buffers, not the server's memory; another client is served."""
-    monkeypatch.setattr(send_queue, "MAX_MESSAGES", 10)
+    share = tmp_path / "share" / "robot"
+    share.mkdir(parents=True)
+    (share / "package.xml").write_text("<package/>")
+    (share / "mesh").write_bytes(bytes(64 * 1024))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    sent = 0
     async with site.client.ws_connect("/", protocols=[SDK]) as guilty:
-        uri = "package://nowhere/" + "x" * 4000
+        uri = f"package://robot/{'./' * 1900}mesh"
 
         async def ask() -> None:
+            nonlocal sent
             for number in range(20_000):
                 await guilty.send_str(json.dumps({"op": "fetchAsset", "uri": uri, "requestId": number}))
+                sent += 1
 
         task = asyncio.get_running_loop().create_task(ask())
         async with site.client.ws_connect("/", protocols=[SDK]) as socket:
-            for _ in range(20):
-                await Peer(socket).parameters()
+            before = -1
+            while before < sent:  # until nothing is read of it while the other one gets 20 answers
+                before = sent
+                for _ in range(20):
+                    await Peer(socket).parameters()
         assert not task.done()
         task.cancel()
         await asyncio.wait([task])
