@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -267,6 +268,8 @@ class TopicFeed:
         self._readers.append(reader)
         for received in self._latched or ():
             reader.add(received)
+        if self.refusal:  # `answer` has woken those before; this one is not known to its owner yet
+            asyncio.get_running_loop().call_soon(reader.wake)
 
     def remove(self, reader: TopicListener) -> None:
         """Remove a reader; without any the subscription ends."""

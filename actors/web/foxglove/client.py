@@ -192,7 +192,7 @@ class FoxgloveClient:
             case wire.FetchAsset():
                 self._files.put_nowait(command)
             case wire.SubscribeParameterUpdates():
-                await self._try("Parameters", self._watch_parameters())
+                await self._try("Parameters", self._graph.parameters.watch())
             case Call() | wire.GetParameters() | wire.SetParameters():
                 await self._requests.acquire()
                 self._begin(self._request(command))
@@ -203,9 +203,6 @@ class FoxgloveClient:
             await work
         except CallboardError as error:
             self._session.answers.report(wire.ERROR, f"{what}: {error}")
-
-    async def _watch_parameters(self) -> None:
-        self._graph.parameters.watch()
 
     async def _request(self, command: Call | wire.GetParameters | wire.SetParameters) -> None:
         try:

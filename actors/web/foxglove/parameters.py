@@ -21,6 +21,7 @@ from actors.parameter_client.client import ParameterClient
 from actors.parameters.types import Parameter, ParameterType, parameter_value_to_python
 from actors.web.node_watch import MAX_PARAMETERS, NODE_ANSWER_SEC
 from actors.web.parameter_values import InvalidValueError, parameter_from_json
+from actors.web.subscription_answer import SubscriptionRefusedError
 from proto.aio.tasks import keep_running
 from proto.errors import CallboardError
 from proto.untrusted_text import escape
@@ -90,23 +91,33 @@ class Parameters:
             wanted.setdefault(each.name.partition(".")[0], []).append(each)
         await asyncio.gather(*(self._set(node, some, problems) for node, some in wanted.items()))
 
-    def watch(self) -> None:
+    async def watch(self) -> None:
         """Report changes from now on; nothing if that has begun.
 
         Raises:
             TooManyTopicsError: No more topics can be read.
+            SubscriptionRefusedError: The user may not read the topic of changes.
         """
-        if self._task is None:
+        if self._events is None:
             self._events = self._feeds.read(EVENTS_TOPIC, MAX_EVENTS, self._news.set)
+        events = self._events
+        try:
+            await events.accepted()
+        except SubscriptionRefusedError:
+            if self._events is events:
+                self.close()
+            raise
+        if self._task is None and self._events is events:  # `close` and other clients come between
             watch = keep_running("The watch of parameters", self._follow)
             self._task = asyncio.get_running_loop().create_task(watch)
 
     def close(self) -> None:
         """Report no more changes."""
-        if self._task is not None and self._events is not None:
+        if self._task is not None:
             self._task.cancel()
+        if self._events is not None:
             self._events.close()
-            self._task = self._events = None
+        self._task = self._events = None
 
     def _nodes(self) -> list[str]:
         """Return the nodes that serve their parameters."""

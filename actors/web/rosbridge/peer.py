@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces.codec import codec_for
 from actors.web.calls import message_of
+from actors.web.probes import broker_answers
 from actors.web.rosbridge.frames import operation
 from actors.web.rosbridge.operations import OperationError
 from actors.web.rosbridge.outbox import Reply
@@ -14,6 +15,7 @@ from actors.web.rosbridge.values import SMALL_BYTES, json_of, values_from_json
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from actors.endpoints.endpoint import Handle
     from actors.interfaces.message import Message
     from actors.node.bare_node import BareNode
     from actors.web.rosbridge.operations import CallService, Id, Level, SendActionGoal
@@ -50,6 +52,20 @@ class Peer:
         if self._node is None:
             self._node = self.workspace.observer.node.create_bare_node(NODE_NAME, shared_name=True)
         return self._node
+
+    async def require_accepted(self, handle: Handle[Any]) -> None:
+        """Wait until the broker has answered an endpoint of `node`, or cannot be reached.
+
+        Args:
+            handle: The endpoint, which has just been made.
+
+        Raises:
+            OperationError: The broker refuses it; it is destroyed.
+        """
+        await broker_answers(self.workspace.observer.node)  # in order: it has answered the endpoint before
+        if refusal := handle.refusal:
+            handle.destroy()
+            raise OperationError(refusal)
 
     def close(self) -> None:
         """Destroy the node, and everything that it has."""

@@ -160,6 +160,11 @@ class ServedServices:
 
         server = self._peer.node.create_service(srv_type, name, serve, concurrent=True, raw=True)
         served = self._services[name] = _Served(server)
+        try:
+            await self._peer.require_accepted(server)
+        except OperationError:
+            del self._services[name]
+            raise
 
     def unadvertise(self, request: UnadvertiseService) -> None:
         """Serve a service no longer; calls that wait fail.

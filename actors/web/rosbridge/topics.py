@@ -327,6 +327,7 @@ class PublishedTopics:
                 durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
             )
             publisher: Publisher[Any] = self._peer.node.create_publisher(msg_type, name, profile)
+            await self._peer.require_accepted(publisher)
             found = self._topics[name] = _Advertised(publisher)
         elif wanted and (known := type_name(found.publisher.msg_type)) != wanted:
             raise OperationError(f"This client has advertised '{name}' with the type {known}")

@@ -25,6 +25,7 @@ from broker.access.credentials import hash_token
 from broker.access.editing import NEW_FILE, add_user
 from tests.actors.meeting import DEADLINE_SEC, Meeting, stop_budget_clock, until
 from tests.actors.web.foxglove.peer import SDK, Peer
+from tests.actors.web.rosbridge.bridge import Bridge
 from tests.actors.web.site import Page, Site
 
 if TYPE_CHECKING:
@@ -151,6 +152,40 @@ async def test_foxglove_does_what_the_rules_allow(guarded: Meeting) -> None:
         await peer.until(lambda: "/zoe/cmd" in peer.channels and peer.statuses)
         assert peer.statuses[0].startswith("'/ours/cmd': ")
         assert "/ours/status" not in peer.channels
+
+
+async def test_each_client_of_foxglove_hears_what_the_rules_refuse(
+    guarded: Meeting, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Of topics that it sees and may not read, also if another client of its user has asked before."""
+    (await guarded.node("driver", namespace="/zoe")).create_publisher(String, "/camera")
+    options = WebOptions(port=0, users=True, page=False, tools=("foxglove",))
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, guarded, options).open()
+        for _ in range(2):
+            address = f"/?token={ZOE}"
+            peer = Peer(await stack.enter_async_context(site.client.ws_connect(address, protocols=[SDK])))
+            await peer.subscribe("/camera")
+            await peer.send("subscribeParameterUpdates", parameterNames=[])
+            await peer.until(lambda peer=peer: len(peer.statuses) == 2)
+            assert {each.partition(":")[0] for each in peer.statuses} == {"'/camera'", "Parameters"}
+    assert "failed" not in caplog.text
+
+
+async def test_a_client_of_rosbridge_hears_what_the_rules_refuse(guarded: Meeting) -> None:
+    """Before it publishes in vain, or waits for requests."""
+    options = WebOptions(port=0, users=True, allow_control=True, page=False, tools=("rosbridge",))
+    async with AsyncExitStack() as stack:
+        bridge = await Bridge(stack, guarded, options).open()
+        client = await bridge.connect(f"/?token={ZOE}")
+        await client.send("advertise", id=1, topic="/ours/cmd", type="std_msgs/String")
+        await client.send("publish", id=2, topic="/ours/cmd", msg={"data": "x"})
+        await client.send("advertise_service", id=3, service="/ours/set", type="std_srvs/SetBool")
+        for number in (1, 2, 3):
+            status = await client.next()
+            assert (status["op"], status["id"]) == ("status", number)
+        await client.send("advertise", id=4, topic="/zoe/cmd", type="std_msgs/String")
+        await client.settled()
 
 
 async def test_each_does_what_the_rules_allow(site: GuardedSite, guarded: Meeting) -> None:
