@@ -47,9 +47,8 @@ async def publish_frame(
 
 def _frame(received: Received, decode: Callable[[bytes], Any], topic: str, compression: Compression) -> bytes:
     key = ("rosbridge", topic, compression)
-    frame = received.forms.get(
-        key
-    )  # clients that wanted it at the same time wait for their turns in the thread
+    # Again: clients that want it at the same time wait for their turns in the thread.
+    frame = received.forms.get(key)
     if frame is None:
         frame = received.forms[key] = _made(received, decode, topic, compression)
     return frame
