@@ -138,7 +138,8 @@ async def test_messages_and_the_log_are_only_text(empty_site: Site, stack: Async
     """Also in fields whose names objects of JavaScript inherit, and in lines that no logger writes."""
     node = await stack.enter_async_context(Evil(empty_site.system.url))
     node.log()
-    await empty_site.system.python("-c", HALF_A_PAIR)
+    half = await empty_site.system.python("-c", HALF_A_PAIR)
+    await half.wait_for_line("half a pair")  # the page waits for less time than a process may need to start
     page = await empty_site.open("topic", "/text")
     await page.locator(".tree").get_by_text(MARK).wait_for()
     await assert_harmless(page)
