@@ -6,15 +6,18 @@ import atexit
 import gc
 import logging
 import os
-import shutil
 import signal
 import sys
 import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hypothesis
 import pytest
+
+if sys.dont_write_bytecode and sys.pycache_prefix is None:
+    from tests.bytecode import cache_bytecode
+
+    cache_bytecode()  # before the imports below, which are most of what a test imports
 
 if "MEASURE_COVERAGE" in os.environ:
     from tests import measurement  # before all that it measures
@@ -99,22 +102,6 @@ def pytest_configure(config: pytest.Config) -> None:
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
     atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers
     os.environ.update(dict.fromkeys(("XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME"), folder.name))
-    if sys.dont_write_bytecode and sys.pycache_prefix is None:
-        _cache_bytecode(config.rootpath / ".pytest_cache" / "bytecode")
-
-
-def _cache_bytecode(cache: Path) -> None:
-    """Keep bytecode in a folder for this process, its workers and the programs that tests start.
-
-    PYTHONDONTWRITEBYTECODE wants no files beside the sources, but without bytecode each start of a program
-    compiles callboard again, which takes longer than all else that the program does.
-    """
-    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(cache)
-    sys.dont_write_bytecode = False
-    temporary = Path(tempfile.gettempdir()).resolve()
-    if temporary not in cache.resolve().parents:  # a checkout there keeps its own
-        atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
 
 
 @pytest.fixture
