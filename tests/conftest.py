@@ -26,7 +26,6 @@ from actors.config import environment
 from actors.logging.logger import get_logger  # the import sets the log's level, which `_process` remembers
 from actors.logging.severity import ROOT_NAME
 from tests import real_ros
-from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -107,6 +106,9 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes of this process wait long for a broker, for tests that start one themselves."""
+    # It imports most of callboard, which the process that starts the workers does not need.
+    from tests.seams.limits import be_patient  # noqa: PLC0415
+
     be_patient(monkeypatch)
 
 
