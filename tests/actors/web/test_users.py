@@ -167,7 +167,8 @@ async def test_each_client_of_foxglove_hears_what_the_rules_refuse(
             peer = Peer(await stack.enter_async_context(site.client.ws_connect(address, protocols=[SDK])))
             await peer.subscribe("/camera")
             await peer.send("subscribeParameterUpdates", parameterNames=[])
-            await peer.until(lambda peer=peer: len(peer.statuses) == 2)
+            while len(peer.statuses) < 2:
+                await peer.next()
             assert {each.partition(":")[0] for each in peer.statuses} == {"'/camera'", "Parameters"}
     assert "failed" not in caplog.text
 
