@@ -11,6 +11,7 @@ from actors.web.foxglove.catalogue import Catalogue
 from actors.web.foxglove.clock import Clock
 from actors.web.foxglove.parameters import Parameters
 from actors.web.foxglove.session import Connections
+from actors.web.parameter_nodes import ParameterNodes
 from actors.web.worker import TooMuchWorkError
 from proto.aio.tasks import keep_running
 from proto.wire.codes import EntryKind
@@ -62,7 +63,9 @@ class FoxgloveGraph:
         self.catalogue = Catalogue(workspace.types, workspace.work)
         self.connections = Connections()
         self.clock = Clock(observer, feeds, self._clock_changed)
-        self.parameters = Parameters(observer, feeds, self._parameter_changed)
+        self.parameters = Parameters(
+            observer, workspace.shared(ParameterNodes), feeds, self._parameter_changed
+        )
         self._clients: dict[GraphClient, None] = {}
         self._published: Counter[Declared] = Counter()
         self._news = asyncio.Event()

@@ -13,19 +13,16 @@ import msgspec
 
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.message import type_name
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
-from actors.interfaces.rcl_interfaces.srv import GetParameters
 from actors.node.parameter_services import EVENTS_TOPIC
-from actors.parameter_client.client import ParameterClient
 from actors.parameters.types import Parameter, ParameterType, parameter_value_to_python
 from actors.web.node_watch import MAX_PARAMETERS, NODE_ANSWER_SEC
+from actors.web.parameter_nodes import nodes_in
 from actors.web.parameter_values import InvalidValueError, parameter_from_json
 from actors.web.subscription_answer import SubscriptionRefusedError
 from proto.aio.tasks import keep_running
 from proto.errors import CallboardError
 from proto.untrusted_text import escape
-from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,15 +30,14 @@ if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
     from actors.web.foxglove.messages import ParameterItem
     from actors.web.observer import Observer
+    from actors.web.parameter_nodes import ParameterNodes
     from actors.web.topic_feed import TopicFeeds, TopicReader
-
-MAX_ASKED: Final = 16
-"""Nodes that are asked at the same time."""
 
 MAX_EVENTS: Final = 1000
 """Changes that wait until they are looked at; if more come, all parameters are read again."""
 
-SERVICE: Final = "get_parameters"
+SHOWN_NODES: Final = 3
+"""Nodes that are named when a client asks for parameters of some that do not exist."""
 
 BYTES, DOUBLE, DOUBLES = "byte_array", "float64", "float64_array"
 """Types that a value in JSON does not show."""
@@ -51,16 +47,20 @@ class Parameters:
     """The parameters of one user's graph.
 
     Args:
-        observer: Has the node that asks, and the graph.
+        observer: Has the graph.
+        nodes: The nodes that are asked.
         feeds: Read topics.
         changed: Called with the name and the new value of each parameter that has changed.
     """
 
     def __init__(
-        self, observer: Observer, feeds: TopicFeeds, changed: Callable[[str, Mapping[str, Any]], None]
+        self,
+        observer: Observer,
+        nodes: ParameterNodes,
+        feeds: TopicFeeds,
+        changed: Callable[[str, Mapping[str, Any]], None],
     ) -> None:
-        self._observer, self._feeds, self._changed = observer, feeds, changed
-        self._asked = asyncio.Semaphore(MAX_ASKED)
+        self._observer, self._nodes, self._feeds, self._changed = observer, nodes, feeds, changed
         self._events: TopicReader | None = None
         self._news = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -72,11 +72,14 @@ class Parameters:
             names: Of the parameters with their nodes'; empty for all of all nodes.
             problems: Gets the reasons why some are missing.
         """
-        wanted: dict[str, list[str]] = {each: [] for each in ([] if names else self._nodes())}
+        wanted: dict[str, dict[str, None]] = {}
+        if not names:
+            wanted = {each: {} for each in sorted(nodes_in(self._observer.snapshot))}
         for name in names:
             node, _, parameter = name.partition(".")
-            wanted.setdefault(node, []).append(parameter)
-        found = await asyncio.gather(*(self._get(node, some, problems) for node, some in wanted.items()))
+            wanted.setdefault(node, {})[parameter] = None  # each once
+        await self._leave_out_missing(wanted, problems)
+        found = await asyncio.gather(*(self._get(node, [*some], problems) for node, some in wanted.items()))
         return [each for some in found for each in some]
 
     async def set(self, items: Sequence[ParameterItem], problems: list[str]) -> None:
@@ -89,6 +92,7 @@ class Parameters:
         wanted: dict[str, list[ParameterItem]] = {}
         for each in items:
             wanted.setdefault(each.name.partition(".")[0], []).append(each)
+        await self._leave_out_missing(wanted, problems)
         await asyncio.gather(*(self._set(node, some, problems) for node, some in wanted.items()))
 
     async def watch(self) -> None:
@@ -119,49 +123,42 @@ class Parameters:
             self._events.close()
         self._task = self._events = None
 
-    def _nodes(self) -> list[str]:
-        """Return the nodes that serve their parameters."""
-        kind = type_name(GetParameters)
-        services = self._observer.snapshot.of_kind(EntryKind.SERVICE)
-        return sorted(
-            {each.node for each in services if _is_own(each.node, each.name) and each.type_name == kind}
-        )
+    async def _leave_out_missing(self, wanted: dict[str, Any], problems: list[str]) -> None:
+        """Remove the nodes that do not serve their parameters: a task for each would keep the loop busy."""
+        if missing := sorted(await self._nodes.missing(wanted)):
+            for each in missing:
+                del wanted[each]
+            shown = ", ".join(f"'{escape(each)}'" for each in missing[:SHOWN_NODES])
+            more = f" and {len(missing) - SHOWN_NODES} more" if len(missing) > SHOWN_NODES else ""
+            problems.append(f"These nodes do not serve parameters now: {shown}{more}")
 
     async def _get(self, node: str, names: list[str], problems: list[str]) -> list[dict[str, Any]]:
-        async with self._asked:
-            try:
-                client = ParameterClient(self._observer.node, node)
-                try:
-                    if not names:
-                        every = (await client.list_parameters((), 0, NODE_ANSWER_SEC)).names
-                        names = sorted(every)[:MAX_PARAMETERS]
-                    values = await client.get_parameters(names, NODE_ANSWER_SEC)
-                finally:
-                    client.destroy()
-            except CallboardError as error:
-                problems.append(f"Parameters of '{escape(node)}': {error}")
-                return []
+        try:
+            async with self._nodes.client(node) as client:
+                if not names:
+                    every = (await client.list_parameters((), 0, NODE_ANSWER_SEC)).names
+                    names = sorted(every)[:MAX_PARAMETERS]
+                values = await client.get_parameters(names, NODE_ANSWER_SEC)
+        except CallboardError as error:
+            problems.append(f"Parameters of '{escape(node)}': {error}")
+            return []
         return [value_of(f"{node}.{each.name}", each) for each in values]
 
     async def _set(self, node: str, items: list[ParameterItem], problems: list[str]) -> None:
-        async with self._asked:
-            try:
-                client = ParameterClient(self._observer.node, node)
-                try:
-                    names = [each.name.partition(".")[2] for each in items]
-                    types = await client.get_parameter_types(names, NODE_ANSWER_SEC)
-                    wanted = list[Parameter]()
-                    for item, name, kind in zip(items, names, types, strict=True):
-                        try:
-                            wanted.append(parameter_of(item, name, kind))
-                        except InvalidValueError as error:
-                            problems.append(str(error))
-                    results = await client.set_parameters(wanted, NODE_ANSWER_SEC)
-                finally:
-                    client.destroy()
-            except CallboardError as error:
-                problems.append(f"Parameters of '{escape(node)}': {error}")
-                return
+        try:
+            async with self._nodes.client(node) as client:
+                names = [each.name.partition(".")[2] for each in items]
+                types = await client.get_parameter_types(names, NODE_ANSWER_SEC)
+                wanted = list[Parameter]()
+                for item, name, kind in zip(items, names, types, strict=True):
+                    try:
+                        wanted.append(parameter_of(item, name, kind))
+                    except InvalidValueError as error:
+                        problems.append(str(error))
+                results = await client.set_parameters(wanted, NODE_ANSWER_SEC)
+        except CallboardError as error:
+            problems.append(f"Parameters of '{escape(node)}': {error}")
+            return
         for parameter, result in zip(wanted, results, strict=True):
             if not result.successful:
                 problems.append(
@@ -182,10 +179,6 @@ class Parameters:
                 changes = await self._observer.work.run(_changes_in, data)
             for name, value in changes:
                 self._changed(name, value)
-
-
-def _is_own(node: str, service: str) -> bool:
-    return service == f"{node}/{SERVICE}"
 
 
 def value_of(name: str, parameter: Parameter) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from actors.interfaces.definition_texts import definition_text
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Message, Service
 from actors.interfaces.registry import find_interface
-from actors.parameter_client.client import ParameterClient
 from actors.parameters.types import ParameterType
 from actors.tools import graph_documents
 from actors.web.javascript_values import to_javascript
@@ -25,6 +24,7 @@ from actors.web.json_decoding import decode_json
 from actors.web.json_encoding import encode_json
 from actors.web.node_names import NODE_NAMES
 from actors.web.node_watch import NODE_ANSWER_SEC
+from actors.web.parameter_nodes import ParameterNodes, nodes_in
 from actors.web.parameter_values import parameter_from_json
 from actors.web.rosbridge.operations import OperationError
 from actors.web.rosbridge.peer import full_name, full_type
@@ -39,9 +39,6 @@ if TYPE_CHECKING:
     from actors.web.workspace import Workspace
 
 PREFIX: Final = "/rosapi/"
-
-MAX_ASKED_NODES: Final = 16
-"""Nodes that are asked for the names of their parameters at the same time."""
 
 NANOSECONDS: Final = 1_000_000_000
 
@@ -297,13 +294,12 @@ _OF_TYPES: Final[dict[str, Callable[[Any], dict[str, Any]]]] = {
 
 
 async def _get_param(workspace: Workspace, name: str, default: str) -> dict[str, Any]:
-    client, parameter = _parameter(workspace, name)
+    node, parameter = _node_and_parameter(name)
     try:
-        found = (await client.get_parameters([parameter], NODE_ANSWER_SEC))[0].value
+        async with workspace.shared(ParameterNodes).client(node) as client:
+            found = (await client.get_parameters([parameter], NODE_ANSWER_SEC))[0].value
     except CallFailed:  # as without a value: the client has said what it wants then
         found = None
-    finally:
-        client.destroy()
     if found is None:
         return {"value": default or '""'}
     value = list(found) if isinstance(found, bytes | bytearray) else found
@@ -311,70 +307,58 @@ async def _get_param(workspace: Workspace, name: str, default: str) -> dict[str,
 
 
 async def _set_param(workspace: Workspace, name: str, value: str) -> dict[str, Any]:
-    client, parameter = _parameter(workspace, name)
+    node, parameter = _node_and_parameter(name)
     try:
         decoded = decode_json(value, object)
     except msgspec.DecodeError as error:
         raise OperationError(f"The value of a parameter is JSON: {error}") from None
-    try:
+    async with workspace.shared(ParameterNodes).client(node) as client:
         kind = (await client.get_parameter_types([parameter], NODE_ANSWER_SEC))[0]
         wanted = parameter_from_json(parameter, kind or None, decoded)
         result = (await client.set_parameters([wanted], NODE_ANSWER_SEC))[0]
-    finally:
-        client.destroy()
     if not result.successful:
         raise OperationError(f"'{name}' has not been set: {result.reason}")
     return {}
 
 
 async def _has_param(workspace: Workspace, name: str) -> dict[str, Any]:
-    client, parameter = _parameter(workspace, name)
+    node, parameter = _node_and_parameter(name)
     try:
-        kind = (await client.get_parameter_types([parameter], NODE_ANSWER_SEC))[0]
+        async with workspace.shared(ParameterNodes).client(node) as client:
+            kind = (await client.get_parameter_types([parameter], NODE_ANSWER_SEC))[0]
     except CallFailed:
         return {"exists": False}
-    finally:
-        client.destroy()
     return {"exists": kind is not ParameterType.NOT_SET}
 
 
 async def _delete_param(workspace: Workspace, name: str) -> dict[str, Any]:
-    client, parameter = _parameter(workspace, name)
-    try:
+    node, parameter = _node_and_parameter(name)
+    async with workspace.shared(ParameterNodes).client(node) as client:
         result = (await client.delete_parameters([parameter], NODE_ANSWER_SEC))[0]
-    finally:
-        client.destroy()
     if not result.successful:
         raise OperationError(f"'{name}' has not been deleted: {result.reason}")
     return {}
 
 
 async def _get_param_names(workspace: Workspace) -> dict[str, Any]:
-    room = asyncio.Semaphore(MAX_ASKED_NODES)
-
     async def names_of(node: str) -> list[str]:
-        client = ParameterClient(workspace.observer.node, node)
         try:
-            async with room:
+            async with workspace.shared(ParameterNodes).client(node) as client:
                 found = await client.list_parameters((), 0, NODE_ANSWER_SEC)
         except CallFailed:  # it may have stopped
             return []
-        finally:
-            client.destroy()
         return [f"{node}:{each}" for each in found.names]
 
-    ending = "/list_parameters"
-    services = (await workspace.observer.newest()).of_kind(EntryKind.SERVICE)
-    nodes = sorted({each.node for each in services if each.name == f"{each.node}{ending}"})
+    nodes = sorted(nodes_in(await workspace.observer.newest()))
     found = await asyncio.gather(*map(names_of, nodes))
     return {"names": [each for names in found for each in sorted(names)]}
 
 
-def _parameter(workspace: Workspace, name: str) -> tuple[ParameterClient, str]:
+def _node_and_parameter(name: str) -> tuple[str, str]:
     node, separator, parameter = name.partition(":")
     if not (node and separator and parameter):
         raise OperationError(f"A parameter has a name such as /node:parameter, not '{name}'")
-    return ParameterClient(workspace.observer.node, full_name(node)), parameter
+    return full_name(node), parameter
 
 
 _OF_NODES: Final[dict[str, Callable[..., Any]]] = {

@@ -321,6 +321,18 @@ async def test_parameters_are_read_and_set(peer: Peer, meeting: Meeting) -> None
     assert {each.split(":")[0] for each in peer.statuses} >= {"'/robot.ids'", "'/robot.name'"}
 
 
+async def test_nodes_that_do_not_exist_are_not_asked_for_parameters(peer: Peer, meeting: Meeting) -> None:
+    """One status is for all of them; those of other nodes are sent, each once."""
+    node = await meeting.node("robot", start_parameter_services=True)
+    node.declare_parameter("speed", 2.0)
+    names = [f"/nobody{number:04}.a" for number in range(9998)]
+    expected = {"/robot.speed": (2.0, "float64")}
+    assert await peer.parameters("/robot.speed", "/robot.speed", *names) == expected
+    await peer.until(lambda: peer.statuses)
+    missing = "'/nobody0000', '/nobody0001', '/nobody0002' and 9995 more"
+    assert peer.statuses == [f"These nodes do not serve parameters now: {missing}"]
+
+
 async def test_changes_of_parameters_are_sent(peer: Peer, meeting: Meeting) -> None:
     """Of the names that the client watches, without an id."""
     node = await meeting.node("robot", start_parameter_services=True)

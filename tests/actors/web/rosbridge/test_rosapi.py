@@ -109,6 +109,17 @@ async def test_parameters(bridge: Bridge, meeting: Meeting) -> None:
     assert "/node:parameter" in response["values"]
 
 
+async def test_parameters_of_a_node_that_does_not_exist(bridge: Bridge) -> None:
+    """It is not waited for: the graph says that it is not there."""
+    client = await bridge.connect()
+    name = {"name": "/nobody:speed"}
+    assert await client.values("/rosapi/has_param", name) == {"exists": False}
+    assert await client.values("/rosapi/get_param", {**name, "default_value": "3"}) == {"value": "3"}
+    for service, values in (("set_param", {**name, "value": "2"}), ("delete_param", name)):
+        response = await client.call(f"/rosapi/{service}", values)
+        assert response["values"] == "No node '/nobody' serves its parameters now"
+
+
 async def test_every_service_answers(bridge: Bridge) -> None:
     """Whatever it is asked: with a response, or the reason why there is none."""
     client = await bridge.connect()
