@@ -49,7 +49,7 @@ MAX_FETCHES: Final = 256
 """Files that one client waits for."""
 
 MAX_PARAMETERS: Final = 10_000
-"""Parameters that one client watches, if it does not watch all."""
+"""Parameters that one client names to watch them, or to leave them out when it watches all."""
 
 SHOWN_TOPICS: Final = 3
 """Topics that are named when messages were dropped."""
@@ -179,7 +179,6 @@ class Session(Generic[M]):
     Attributes:
         answers: What the client is told besides; the owner adds to it.
         watches_graph: Whether the client wants to know who is connected to whom.
-        watched: The names of the parameters whose changes it wants to know; None for all.
     """
 
     def __init__(self, name: str, session_id: str, control_refusal: str) -> None:
@@ -201,7 +200,9 @@ class Session(Generic[M]):
         self._publishers: dict[int, wire.ClientChannel] = {}
         self._calls = self._fetches = 0
         self.watches_graph = False
-        self.watched: set[str] | None = set()
+        self._watched: set[str] = set()
+        """Names of parameters whose changes the client wants to know, or all except these."""
+        self._watches_all = False
 
     # From the client
 
@@ -248,11 +249,11 @@ class Session(Generic[M]):
                 self._known_graph = Connections()  # all of it if it is asked for again
                 return []
             case wire.UnsubscribeParameterUpdates():
-                names = message.parameter_names
-                self.watched = (self.watched or set()).difference(names) if names else set()
+                self._watch_parameters(message.parameter_names, problems, end=True)
                 return []
             case wire.SubscribeParameterUpdates():
-                return self._watch_parameters(message, problems)
+                watches = self._watch_parameters(message.parameter_names, problems, end=False)
+                return [message] if watches else []
             case wire.SetParameters() if self._refusal:
                 problems.append(self._refusal)
                 return []
@@ -328,17 +329,19 @@ class Session(Generic[M]):
         self._calls += 1
         return [Call(service, request)]
 
-    def _watch_parameters(
-        self, message: wire.SubscribeParameterUpdates, problems: list[str]
-    ) -> list[Command]:
-        if not message.parameter_names:
-            self.watched = None
-        elif self.watched is not None:
-            if len(self.watched) + len(message.parameter_names) > MAX_PARAMETERS:
-                problems.append(f"More than {MAX_PARAMETERS} parameters would be watched")
-                return []
-            self.watched.update(message.parameter_names)
-        return [message]
+    def _watch_parameters(self, names: list[str], problems: list[str], *, end: bool) -> bool:
+        """Begin or end to watch some parameters, all without names; return whether that was possible."""
+        if not names:
+            self._watched, self._watches_all = set(), not end
+        elif end is not self._watches_all:
+            self._watched.difference_update(names)
+        elif len(self._watched.union(names)) > MAX_PARAMETERS:
+            done = "left out" if end else "watched"
+            problems.append(f"More than {MAX_PARAMETERS} parameters would be {done}")
+            return False
+        else:
+            self._watched.update(names)
+        return True
 
     def _fetch(self, message: wire.FetchAsset) -> list[Command]:
         if self._fetches >= MAX_FETCHES:
@@ -389,7 +392,7 @@ class Session(Generic[M]):
             name: With its node's.
             value: For `messages.parameter_values`.
         """
-        if self.watched is None or name in self.watched:
+        if (name in self._watched) is not self._watches_all:
             self._parameters.pop(name, None)
             self._parameters[name] = value
             if len(self._parameters) > MAX_PARAMETERS:

@@ -234,13 +234,36 @@ def test_parameters_are_sent_when_they_change() -> None:
         session.set_parameter("/n.c", {"name": "/n.c", "value": value})
     assert sent(session) == [{"op": "parameterValues", "parameters": [{"name": "/n.a", "value": 3}]}]
     session.receive(text("unsubscribeParameterUpdates", parameterNames=["/n.a"]))
-    assert session.watched == {"/n.b"}
+    for name in ("/n.a", "/n.b"):
+        session.set_parameter(name, {"name": name})
+    assert sent(session) == [{"op": "parameterValues", "parameters": [{"name": "/n.b"}]}]
     session.receive(text("subscribeParameterUpdates", parameterNames=[]))
     session.set_parameter("/n.c", {"name": "/n.c"})
     assert sent(session) == [{"op": "parameterValues", "parameters": [{"name": "/n.c"}]}]
     session.receive(text("unsubscribeParameterUpdates", parameterNames=[]))
     session.set_parameter("/n.c", {"name": "/n.c"})
     assert sent(session) == []
+
+
+def test_all_parameters_but_some_are_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client that watches all may leave some out, a limited number, and watch them again."""
+    monkeypatch.setattr(module, "MAX_PARAMETERS", 2)
+    session = begun()
+
+    def seen() -> list[str]:
+        for name in ("/n.a", "/n.b"):
+            session.set_parameter(name, {"name": name})
+        return [each["name"] for document in sent(session) for each in document["parameters"]]
+
+    session.receive(text("subscribeParameterUpdates", parameterNames=[]))
+    session.receive(text("unsubscribeParameterUpdates", parameterNames=["/n.a", "/n.c"]))
+    assert seen() == ["/n.b"]
+    session.receive(text("unsubscribeParameterUpdates", parameterNames=["/n.b"]))
+    assert texts(session) == ["More than 2 parameters would be left out"]
+    session.receive(text("subscribeParameterUpdates", parameterNames=["/n.a"]))
+    assert seen() == ["/n.a", "/n.b"]
+    session.receive(text("unsubscribeParameterUpdates", parameterNames=[]))
+    assert seen() == []
 
 
 def test_the_graph_is_sent_as_changes() -> None:
