@@ -15,6 +15,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.convert import message_to_ordereddict
 from actors.web.foxglove import messages as wire
 from actors.web.foxglove.assets import AssetError, read_asset
+from actors.web.foxglove.clock import CLOCK_TOPIC
 from actors.web.foxglove.graph import FoxgloveGraph
 from actors.web.foxglove.publishing import Publishing, decode
 from actors.web.foxglove.session import (
@@ -58,7 +59,7 @@ class Arrived(NamedTuple):
 
     Attributes:
         received: The message.
-        time_ns: When it arrived, by the graph's clock if there is one.
+        time_ns: When it arrived, by the graph's clock once that has told the time.
     """
 
     received: Received
@@ -135,14 +136,18 @@ class FoxgloveClient:
             self._unsubscribe(command)
         session.set_services(graph.catalogue.services.present)
         session.set_graph(graph.connections)
-        self._report_problems({**graph.catalogue.channels.problems, **graph.catalogue.services.problems})
+        session.set_clock(present=graph.clock.time_ns is not None)  # of which a new client knows nothing
+        problems = {**graph.catalogue.channels.problems, **graph.catalogue.services.problems}
+        if refusal := graph.clock.refusal:
+            problems["clock"] = f"Times are those of this computer, not of '{CLOCK_TOPIC}': {refusal}"
+        self._report_problems(problems)
         self._news.set()
 
     def clock_changed(self) -> None:
         """GraphClient: the clock has begun, ended, or moved."""
         clock = self._graph.clock
-        self._session.set_clock(present=clock.is_present)
-        if clock.time_ns:
+        self._session.set_clock(present=clock.time_ns is not None)
+        if clock.time_ns is not None:
             self._session.set_time(clock.time_ns)
         self._news.set()
 
@@ -280,8 +285,9 @@ class FoxgloveClient:
             listener.close()
 
     def _add(self, number: int, received: Received, source: bytes) -> None:
-        clock = self._graph.clock
-        time_ns = clock.time_ns if clock.is_present else received.info.received_timestamp
+        time_ns = self._graph.clock.time_ns
+        if time_ns is None:
+            time_ns = received.info.received_timestamp
         self._session.add_message(number, Arrived(received, time_ns), len(received.data), source)
         self._news.set()
 

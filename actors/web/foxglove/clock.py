@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.codec import codec_for
@@ -28,34 +29,40 @@ class Clock:
         observer: Has the graph.
         feeds: Read topics.
         changed: Called when the clock has begun, ended, or moved.
+        refused: Called when the user may not read it.
 
     Attributes:
-        is_present: Whether there is simulated time.
-        time_ns: The time; 0 before the first message.
+        time_ns: The time; None while there is no simulated time: a publisher that has sent nothing yet, or
+            whose messages the user may not read, does not tell it.
     """
 
-    def __init__(self, observer: Observer, feeds: TopicFeeds, changed: Callable[[], None]) -> None:
-        self.is_present = False
-        self.time_ns = 0
-        self._observer, self._feeds, self._changed = observer, feeds, changed
+    def __init__(
+        self,
+        observer: Observer,
+        feeds: TopicFeeds,
+        changed: Callable[[], None],
+        refused: Callable[[], None],
+    ) -> None:
+        self.time_ns: int | None = None
+        self._observer, self._feeds, self._changed, self._refused = observer, feeds, changed, refused
         self._listener: TopicListener | None = None
         self._decode = codec_for(ClockMessage).decode
+
+    @property
+    def refusal(self) -> str:
+        """Why the user may not read the clock that there is; "" if that is not so."""
+        return self._listener.refusal if self._listener is not None else ""
 
     def follow(self) -> None:
         """Look at the graph again: it may have changed."""
         offers = self._observer.around(CLOCK_TOPIC).endpoints(EntryKind.PUBLISHER, CLOCK_TOPIC)
-        is_present = any(each.topic_type == TYPE for each in offers)
-        if is_present is self.is_present:
-            return
-        self.is_present = is_present
-        if is_present:
-            try:
-                self._listener = self._feeds.listen(CLOCK_TOPIC, self._receive, lambda: None, TYPE)
-            except TooManyTopicsError:
-                self.is_present = False  # until another topic is closed
-        else:
+        is_offered = any(each.topic_type == TYPE for each in offers)
+        if is_offered and self._listener is None:
+            with suppress(TooManyTopicsError):  # until another topic is closed
+                self._listener = self._feeds.listen(CLOCK_TOPIC, self._receive, self._refused, TYPE)
+        elif not is_offered and self._listener is not None:
             self.close()
-        self._changed()
+            self._changed()
 
     def _receive(self, received: Received, _: bytes) -> None:
         try:
@@ -67,7 +74,7 @@ class Clock:
 
     def close(self) -> None:
         """Follow it no more."""
-        self.is_present, self.time_ns = False, 0
+        self.time_ns = None
         if self._listener is not None:
             self._listener.close()
             self._listener = None

@@ -62,13 +62,13 @@ class FoxgloveGraph:
         self._observer = observer
         self.catalogue = Catalogue(workspace.types, workspace.work)
         self.connections = Connections()
-        self.clock = Clock(observer, feeds, self._clock_changed)
+        self._news = asyncio.Event()
+        self.clock = Clock(observer, feeds, self._clock_changed, self._news.set)
         self.parameters = Parameters(
             observer, workspace.shared(ParameterNodes), feeds, self._parameter_changed
         )
         self._clients: dict[GraphClient, None] = {}
         self._published: Counter[Declared] = Counter()
-        self._news = asyncio.Event()
         self._seen: GraphSnapshot | None = None
 
     @contextmanager

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import pytest
 
+from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import Parameter
@@ -23,7 +24,7 @@ from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
 from broker.access.credentials import hash_token
 from broker.access.editing import NEW_FILE, add_user
-from tests.actors.meeting import DEADLINE_SEC, Meeting, stop_budget_clock, until
+from tests.actors.meeting import DEADLINE_SEC, Meeting, latched, stop_budget_clock, until
 from tests.actors.web.foxglove.peer import SDK, Peer
 from tests.actors.web.rosbridge.bridge import Bridge
 from tests.actors.web.site import Page, Site
@@ -57,7 +58,7 @@ allow.node = ["/**"]
 allow.publish = ["/zoe/**"]
 allow.subscribe = ["/zoe/**"]
 allow.call = ["/zoe/**"]
-allow.see = ["/zoe/**", "/camera"]
+allow.see = ["/zoe/**", "/camera", "/clock"]
 """
 
 
@@ -171,6 +172,25 @@ async def test_each_client_of_foxglove_hears_what_the_rules_refuse(
                 await peer.next()
             assert {each.partition(":")[0] for each in peer.statuses} == {"'/camera'", "Parameters"}
     assert "failed" not in caplog.text
+
+
+async def test_messages_have_wall_time_if_the_rules_refuse_the_clock(guarded: Meeting) -> None:
+    """Each client of Foxglove hears of the refusal, once."""
+    (await guarded.node("simulator", namespace="/zoe")).create_publisher(Clock, "/clock", 1)
+    talker = await guarded.node("talker", namespace="/zoe")
+    status = talker.create_publisher(String, "status", latched(1))
+    status.publish(String(data="ready"))
+    options = WebOptions(port=0, users=True, page=False, tools=("foxglove",))
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, guarded, options).open()
+        for _ in range(2):
+            address = f"/?token={ZOE}"
+            peer = Peer(await stack.enter_async_context(site.client.ws_connect(address, protocols=[SDK])))
+            await peer.until(lambda peer=peer: peer.statuses)
+            assert peer.statuses[0].startswith("Times are those of this computer, not of '/clock': ")
+            await peer.subscribe("/zoe/status")
+            assert (await peer.data()).time_ns > 0
+            assert len(peer.statuses) == 1
 
 
 async def test_a_client_of_rosbridge_hears_what_the_rules_refuse(guarded: Meeting) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -187,23 +188,30 @@ async def test_what_cannot_be_cdr_is_reported(peer: Peer, meeting: Meeting) -> N
     await peer.until(lambda: any("'/chatter' is left out" in each for each in peer.statuses))
 
 
-async def test_simulated_time(peer: Peer, meeting: Meeting) -> None:
-    """Times are those of the clock while there is one."""
+async def test_simulated_time(peer: Peer, site: Site, meeting: Meeting) -> None:
+    """Times are those of the clock once it has told one, also for a client that comes later."""
     info = await peer.text("serverInfo")
     assert "time" not in info["capabilities"]
     node = await meeting.node("simulator")
     clock = node.create_publisher(Clock, "clock", 1)
     data = node.create_publisher(String, "chatter", 1)
+    await peer.subscribe("/chatter")
+    await clock.wait_for_subscriptions()
+    await data.wait_for_subscriptions()
+    before_ns = time.time_ns()
+    data.publish(String())
+    assert before_ns <= (await peer.data()).time_ns <= time.time_ns()
+    clock.publish(Clock(clock=Time(sec=5, nanosec=6)))
     changed = await peer.text("serverInfo")
     assert "time" in changed["capabilities"]
     assert changed["sessionId"] != info["sessionId"]
-    await clock.wait_for_subscriptions()
-    clock.publish(Clock(clock=Time(sec=5, nanosec=6)))
     assert await peer.binary(2) == b"\x02" + (5_000_000_006).to_bytes(8, "little")
-    await peer.subscribe("/chatter")
-    await data.wait_for_subscriptions()
     data.publish(String())
     assert (await peer.data()).time_ns == 5_000_000_006
+    async with site.client.ws_connect("/", protocols=[SDK]) as socket:
+        late = Peer(socket)
+        while "time" not in (await late.text("serverInfo"))["capabilities"]:
+            pass
     node.destroy_publisher(clock)
     assert "time" not in (await peer.text("serverInfo"))["capabilities"]
 
