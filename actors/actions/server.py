@@ -64,6 +64,15 @@ class ActionServer(Handle[ActionServerEndpoint], Generic[GoalT, ResultT, Feedbac
         self.action_name = name
 
     @property
+    def refusal(self) -> str:
+        """Why the broker of this session has refused a part of the server; "" if it has not, or not yet.
+
+        The parts are three services and two topics. Rules that a broker reads later may refuse one at any
+        time.
+        """
+        return self._endpoint.part_refusal
+
+    @property
     def active(self) -> int:
         """Goals that have been accepted and have not ended."""
         return len(self._endpoint.goals)

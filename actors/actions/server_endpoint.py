@@ -126,6 +126,11 @@ class ActionServerEndpoint(Endpoint):
         services[-1].reply_after(self._feedback)  # the results, and only these
         return services
 
+    @property
+    def part_refusal(self) -> str:
+        """Why the broker has refused one of the declared parts; "" if it has refused none."""
+        return next(filter(None, (part.refusal for part in self._parts)), "")
+
     # Requests
 
     async def _goal_requested(self, request: Any) -> Any:

@@ -203,6 +203,11 @@ class ExecutedActions:
 
         server = self._peer.node.create_action_server(action_type, name, execute, cancel_callback=cancel)
         executed = self._actions[name] = _Executed(server)
+        try:
+            await self._peer.require_accepted(server)
+        except OperationError:
+            del self._actions[name]
+            raise
 
     def unadvertise(self, request: UnadvertiseAction) -> None:
         """Execute an action no longer; its goals end without results.

@@ -414,10 +414,12 @@ async def test_access_rules_judge_it_as_any_node(tmp_path: Path) -> None:
         served = allowed.create_service(AddTwoInts, "add", lambda _, response: response)
         assert await allowed.wait_until_accepted()
         assert not await refused.wait_until_accepted()
-        await until(lambda: bool(bad.refusal and served.refusal))
+        acting = allowed.create_action_server(Fibonacci, "go", lambda _: Fibonacci.Result())
+        await until(lambda: bool(bad.refusal and served.refusal and acting.refusal))
         assert "do not allow 'robot' to take the node name '/talker'" in refused.refusal
         assert "do not allow 'robot' to publish on '/news'" in bad.refusal
         assert "to serve '/robot/add'" in served.refusal
+        assert "to serve '/robot/go/_action/" in acting.refusal
         assert good.refusal == ""
         assert await owner.get_node_names() == ["owner", "talker"]
         file.write_text(rules("/owner"))

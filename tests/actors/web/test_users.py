@@ -202,10 +202,11 @@ async def test_a_client_of_rosbridge_hears_what_the_rules_refuse(guarded: Meetin
         await client.send("advertise", id=1, topic="/ours/cmd", type="std_msgs/String")
         await client.send("publish", id=2, topic="/ours/cmd", msg={"data": "x"})
         await client.send("advertise_service", id=3, service="/ours/set", type="std_srvs/SetBool")
-        for number in (1, 2, 3):
+        await client.send("advertise_action", id=4, action="/ours/go", type="example_interfaces/Fibonacci")
+        for number in (1, 2, 3, 4):
             status = await client.next()
             assert (status["op"], status["id"]) == ("status", number)
-        await client.send("advertise", id=4, topic="/zoe/cmd", type="std_msgs/String")
+        await client.send("advertise", id=5, topic="/zoe/cmd", type="std_msgs/String")
         await client.settled()
 
 
