@@ -112,6 +112,8 @@ class Schedule:
         self._paused_delay_ns = self._delay_ns
         """The rest of the delay, while paused."""
         self._steps = 0
+        self._latest_ns = self.begin_ns
+        """Time of the latest message of this pass; by publish time, it can be behind the end of the bag."""
 
     def start_again(self, now_ns: int) -> None:
         """Start the next pass at the time at which the preceding one ended, even if `now_ns` is a bit later.
@@ -119,7 +121,7 @@ class Schedule:
         Args:
             now_ns: The monotonic clock.
         """
-        ended_ns = now_ns if self.is_paused else self._due_ns(max(self.stop_ns, self.begin_ns))
+        ended_ns = now_ns if self.is_paused else self._due_ns(max(self.stop_ns, self._latest_ns))
         # After a long pause of the machine, or after a burst, missed passes are not made up for.
         late_ns = now_ns - ended_ns
         self.start(ended_ns if 0 <= late_ns <= NANOSECONDS_PER_SECOND else now_ns)
@@ -142,6 +144,7 @@ class Schedule:
             time_ns: The message's time in the bag.
             now_ns: The monotonic clock.
         """
+        self._latest_ns = max(self._latest_ns, time_ns)
         if self._steps:
             return 0
         if self.is_paused:
@@ -230,6 +233,7 @@ class Schedule:
         """
         self._anchor_ns, self._anchor_time_ns = now_ns, time_ns
         self._paused_delay_ns = self._steps = 0
+        self._latest_ns = self.begin_ns
 
 
 def checked_rate(rate: float) -> float:

@@ -114,6 +114,22 @@ def test_passes_follow_each_other_without_drift() -> None:
     assert plan.wait_ns(START_NS + SEC, 100 * SEC) == SEC
 
 
+def test_a_pass_starts_after_messages_behind_the_end() -> None:
+    """By publish time, messages can be later than the bag's end; the next pass follows the last of them."""
+    late_ns = START_NS + 10 * SEC + SEC // 2
+    plan = schedule(10)
+    assert plan.wait_ns(late_ns, 10 * SEC) == SEC // 2
+    now_ns = 10 * SEC + SEC // 2 + 400
+    plan.start_again(now_ns)
+    assert plan.wait_ns(START_NS + SEC, now_ns) == SEC - 400
+    plan.start_again(now_ns + 10 * SEC)
+    assert plan.wait_ns(START_NS + SEC, now_ns + 10 * SEC) == SEC - 400
+    assert plan.wait_ns(late_ns, now_ns + 10 * SEC) == 10 * SEC + SEC // 2 - 400
+    plan.seek(START_NS + 9 * SEC, now_ns)
+    plan.start_again(now_ns + SEC)
+    assert plan.wait_ns(START_NS + SEC, now_ns + SEC) == SEC
+
+
 @pytest.mark.parametrize(
     ("options", "begin_sec", "stop_sec"),
     [
