@@ -78,13 +78,11 @@ class TopicCounts:
         invalid: Number of messages that cannot be decoded as the topic's type, or not encoded as CDR.
     """
 
-    __slots__ = ("_before", "_publishers", "dropped", "invalid", "received", "unwritten", "written")
+    __slots__ = ("_publishers", "dropped", "invalid", "received", "unwritten", "written")
 
     def __init__(self) -> None:
         self.received = self.written = self.dropped = self.unwritten = self.invalid = 0
         self._publishers: dict[bytes, PublisherLosses] = {}
-        self._before = 0
-        """Number of messages that former subscriptions to the topic had lost."""
 
     def note(self, gid: bytes, node: str, number: int) -> None:
         """Note a message that has arrived, whether or not it is written.
@@ -108,17 +106,13 @@ class TopicCounts:
         if known is not None:
             known.drop(number)
 
-    def subscription_ended(self, lost: int) -> None:
-        """Add the losses of a subscription that has ended: the next one counts from 0."""
-        self._before += lost
-
     def lost(self, now: int = 0) -> int:
         """Return the number of messages that did not arrive.
 
         Args:
-            now: Losses of the present subscription, which include messages before the first received one.
+            now: Losses that the subscription has counted, with messages before the first received one.
         """
-        return max(self._before + now, sum(each.lost for each in self._publishers.values()))
+        return max(now, sum(each.lost for each in self._publishers.values()))
 
     def document(self, lost: int) -> dict[str, Any]:
         """Return the counts of missing messages, as data for JSON; empty if no message is missing.
