@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from actors.bags.contents.records import CDR
-from actors.bags.errors import BagError
+from actors.bags.errors import BagError, BagNotFoundError
 from actors.bags.storage.bag_file import ALL, Order
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import type_hash
@@ -56,6 +56,9 @@ def check(reader: Reader) -> CheckReport:
     Returns:
         The counts, and the problems: damaged files, messages that cannot be decoded, definitions that are
         invalid or whose hash differs from the stated one, and wrong counts in metadata.yaml.
+
+    Raises:
+        BagNotFoundError: There is no bag at the path.
     """
     report = CheckReport()
     counts: Counter[str] = Counter()
@@ -66,6 +69,8 @@ def check(reader: Reader) -> CheckReport:
                 report.add(f"{path}: {contents.problem}")
             _check_messages(reader, path, report, counts)
         except BagError as error:
+            if isinstance(error, BagNotFoundError) and path == reader.path:
+                raise  # there is no bag; a missing file that metadata.yaml names is a problem of one
             report.add(str(error))
     metadata = reader.metadata
     if metadata is None and reader.path.is_dir():

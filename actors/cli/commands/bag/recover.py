@@ -26,6 +26,7 @@ def run(options: Options) -> int:
     """Write the new bag, and say what is in it."""
     from actors.bags.operations.recover import recover
     from actors.cli.commands.bag.summaries import counted
+    from actors.cli.errors import FAILURE, OK, CommandError
     from actors.cli.output import print_json, print_out, print_warning
 
     path = Path(options.bag_path)
@@ -33,11 +34,13 @@ def run(options: Options) -> int:
     report = recover(path, output, compression=options.compression)
     if options.json:
         print_json({"output": str(output), "kept": dict(report.kept), "damages": report.damages})
-        return 0
+        return OK if report.kept else FAILURE
     for damage in report.damages:
         print_warning(damage)
+    if not report.kept:
+        raise CommandError(f"No message of {path} could be read; {output} has only its topics")
     for name, count in sorted(report.kept.items()):
         print_out(f"{name}: {counted(count, 'message')}")
     kept, damages = counted(report.kept.total(), "message"), counted(len(report.damages), "damaged part")
     print_out(f"{output}: {kept} copied, {damages} left out")
-    return 0
+    return OK

@@ -105,6 +105,20 @@ def test_check_finds_what_is_wrong(tmp_path: Path, capsys: Capsys) -> None:
     assert "/chatter, time 1700000000000000000: std_msgs/msg/String" in out
 
 
+def test_check_of_a_path_without_a_bag(capsys: Capsys) -> None:
+    """One sentence on stderr says that there is none, also as JSON."""
+    for options in ([], ["--json"]):
+        assert main(["bag", "check", "absent", *options]) == 1
+        assert capsys.readouterr() == ("", "There is no file absent\n")
+
+
+def test_check_reports_a_missing_file_of_a_bag(tmp_path: Path, capsys: Capsys) -> None:
+    """The bag is there, so it is one of its problems."""
+    write_bag(tmp_path / "trip").unlink()
+    assert main(["bag", "check", "trip"]) == 1
+    assert capsys.readouterr().out.startswith("There is no file trip/trip_0.mcap\n")
+
+
 def test_reindex_writes_the_metadata_of_a_killed_recorder(tmp_path: Path, capsys: Capsys) -> None:
     """It writes a missing or damaged metadata.yaml from the files."""
     path = write_bag(tmp_path / "trip")
@@ -145,6 +159,21 @@ def test_recover_keeps_what_is_whole(tmp_path: Path, capsys: Capsys) -> None:
     assert capsys.readouterr().err == "trip_recovered exists; choose another path, or remove it\n"
 
 
+def test_recover_without_any_message_fails(tmp_path: Path, capsys: Capsys) -> None:
+    """A script sees it by the exit code, and a person by the sentence."""
+    path = write_bag(tmp_path / "trip")
+    path.write_bytes(path.read_bytes()[:300])
+    assert main(["bag", "recover", "trip"]) == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert (
+        captured.err.splitlines()[-1]
+        == "No message of trip could be read; trip_recovered has only its topics"
+    )
+    assert main(["bag", "recover", "trip", "-o", "other", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["kept"] == {}
+
+
 def test_recover_at_each_cut(tmp_path: Path) -> None:
     """Truncated anywhere, a file gives a bag with its whole chunks, or is refused as not an MCAP file."""
     path = write_bag(tmp_path / "trip")
@@ -153,7 +182,8 @@ def test_recover_at_each_cut(tmp_path: Path) -> None:
     for end in range(0, len(whole), 101):
         cut = tmp_path / f"cut{end}.mcap"
         cut.write_bytes(whole[:end])
-        if main(["bag", "recover", str(cut)]) == 0:
+        main(["bag", "recover", str(cut)])
+        if (tmp_path / f"cut{end}_recovered").exists():
             with Reader(tmp_path / f"cut{end}_recovered") as bag:
                 times = [message.log_time_ns - START_NS for message in bag.messages()]
             assert times == list(range(len(times)))
