@@ -69,7 +69,18 @@ class BagFullError(BagWriteError):
 
 
 class InvalidBagOptionError(BagError, ValueError):
-    """An option of a recorder, player or writer is wrong; the text says what is allowed."""
+    """An option of a recorder, player or writer is wrong; the text says what is allowed.
+
+    Attributes:
+        options: The names of options in the text, so that a command line can show its own instead.
+    """
+
+    def __init__(self, text: str, *options: str) -> None:
+        super().__init__(text, *options)
+        self.options = options
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class MissingExtraError(BagError):

@@ -358,10 +358,12 @@ def check_file_limits(max_bag_size: int, max_bag_duration_sec: float, max_splits
     """Raise InvalidBagOptionError if a limit for the files of a bag is out of range; see `Writer`."""
     if max_bag_size < 0 or 0 < max_bag_size < MIN_BAG_SIZE:
         raise InvalidBagOptionError(
-            f"max_bag_size must be 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}"
+            f"max_bag_size must be 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}", "max_bag_size"
         )
     if not (max_bag_duration_sec >= 0 and max_splits >= 0):
-        raise InvalidBagOptionError("max_bag_duration_sec and max_splits cannot be negative")
+        raise InvalidBagOptionError(
+            "max_bag_duration_sec and max_splits cannot be negative", "max_bag_duration_sec", "max_splits"
+        )
 
 
 def write_metadata(folder: Path, metadata: BagMetadata) -> None:

@@ -76,12 +76,15 @@ class PlayerOptions:
         for name in ("start_offset_sec", "delay_sec", "clock_hz", "duration_sec", "wait_for_all_acked_sec"):
             value = getattr(self, name)
             if value is not None and not 0 <= value <= 1e9:
-                raise InvalidBagOptionError(f"{name} must be from 0 to 1e9, not {value:g}")
+                unit = "Hz" if name == "clock_hz" else "s"
+                raise InvalidBagOptionError(f"{name} must be from 0 to 1e9 {unit}, not {value:g}", name)
         if self.clock_hz > MAX_CLOCK_HZ:
-            raise InvalidBagOptionError(f"clock_hz must be at most {MAX_CLOCK_HZ:g}, not {self.clock_hz:g}")
+            raise InvalidBagOptionError(
+                f"clock_hz must be at most {MAX_CLOCK_HZ:g} Hz, not {self.clock_hz:g}", "clock_hz"
+            )
         if not 1 <= self.read_ahead <= MAX_READ_AHEAD:
             raise InvalidBagOptionError(
-                f"read_ahead must be from 1 to {MAX_READ_AHEAD:,}, not {self.read_ahead}"
+                f"read_ahead must be from 1 to {MAX_READ_AHEAD:,}, not {self.read_ahead}", "read_ahead"
             )
         if self.order is Order.FILE:
             raise InvalidBagOptionError(

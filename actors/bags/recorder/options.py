@@ -64,14 +64,20 @@ class RecorderOptions:
     def __post_init__(self) -> None:
         check_file_limits(self.max_bag_size, self.max_bag_duration_sec, self.max_splits)
         if self.max_cache_size < 0:
-            raise InvalidBagOptionError("max_cache_size cannot be negative")
+            raise InvalidBagOptionError("max_cache_size cannot be negative", "max_cache_size")
         if not self.until_no_messages_sec >= 0:
-            raise InvalidBagOptionError("until_no_messages_sec cannot be negative")
+            raise InvalidBagOptionError("until_no_messages_sec cannot be negative", "until_no_messages_sec")
         if self.snapshot_mode and not self.max_cache_size:
-            raise InvalidBagOptionError("Snapshots need memory: max_cache_size is 0")
+            raise InvalidBagOptionError(
+                "snapshot_mode needs memory, but max_cache_size is 0", "snapshot_mode", "max_cache_size"
+            )
         if self.snapshot_mode and self.lossless:
             raise InvalidBagOptionError(
-                "lossless and snapshot_mode, which drops messages, exclude each other"
+                "lossless and snapshot_mode, which drops messages, exclude each other",
+                "lossless",
+                "snapshot_mode",
             )
         if self.no_discovery and self.use_sim_time:
-            raise InvalidBagOptionError("use_sim_time and no_discovery exclude each other")
+            raise InvalidBagOptionError(
+                "use_sim_time and no_discovery exclude each other", "use_sim_time", "no_discovery"
+            )

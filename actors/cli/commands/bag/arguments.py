@@ -20,17 +20,37 @@ if TYPE_CHECKING:
 
 STORAGES: Final = ("mcap", "sqlite3")
 """ROS 2's names of the formats of files."""
+_FLAGS: Final = {
+    "clock_hz": "--clock",
+    "duration_sec": "--playback-duration",
+    "read_ahead": "--read-ahead-queue-size",
+}
+"""The options of the API whose flags ROS 2 names otherwise; see `flag_of`."""
+
+
+def flag_of(option: str) -> str:
+    """Return the flag for an option of a recorder, a player or a writer.
+
+    Args:
+        option: The option's name in the API. Flags lack its unit.
+    """
+    return _FLAGS.get(option) or f"--{option.removesuffix('_sec').replace('_', '-')}"
 
 
 @contextmanager
 def usage_errors() -> Generator[None]:
-    """Report options that the recorder, the player or the writer refuses as usage errors."""
+    """Report options that the recorder, the player or the writer refuses as usage errors, by their flags."""
+    import re
+
     from actors.bags.errors import InvalidBagOptionError
 
     try:
         yield
     except InvalidBagOptionError as error:
-        raise CommandError(str(error), USAGE) from None
+        text = str(error)
+        for option in error.options:
+            text = re.sub(rf"\b{option}\b", flag_of(option), text)
+        raise CommandError(text, USAGE) from None
 
 
 def add_bag(parser: Parser, *, nargs: str | None = None) -> None:
