@@ -10,10 +10,11 @@ A writer blocks while it writes, and must be used in one thread only.
 from __future__ import annotations
 
 import json
-from collections import defaultdict
+from collections import defaultdict, deque
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.bags.contents.metadata import (
     DROPPED_KEY,
@@ -27,7 +28,7 @@ from actors.bags.contents.records import BagMetadata, FileSummary, TopicCount
 from actors.bags.errors import BagExistsError, InvalidBagOptionError, write_error
 from actors.bags.extra import require_extra
 from actors.interfaces.yaml_writer import block_text
-from actors.qos.profile import DurabilityPolicy
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy
 from actors.time.types import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -37,37 +38,90 @@ if TYPE_CHECKING:
 
     from actors.bags.contents.records import BagTopic
     from actors.bags.storage.mcap_writer import McapFileWriter
+    from actors.qos.profile import QoSProfile
+
+    _Publisher: TypeAlias = tuple[int, Hashable]
+    """The number of a topic, and what identifies a publisher of it."""
+    _Message: TypeAlias = tuple[bytes, int, int]
+    """The data, the publish time, and the publisher's number for it."""
 
 MIN_BAG_SIZE: Final = 1024
 """Least value of max_bag_size, as in rosbag2."""
 MAX_LATCHED: Final = 10_000
 MAX_LATCHED_BYTES: Final = 64 * 1024 * 1024
 """Limits for the latched messages, and their bytes, that each file repeats at its start: the newest."""
+MAX_KEEP_ALL: Final = 1000
+"""Messages that each file repeats of a KEEP_ALL publisher, as many as that keeps for a broker's restart."""
 
 
 class _Latched:
-    """The newest value of each publisher of a latched topic, oldest first."""
+    """The newest messages of each publisher of a latched topic.
 
-    def __init__(self) -> None:
-        self._values: dict[tuple[int, Hashable], tuple[bytes, int, int]] = {}
-        self._bytes = 0
+    At a limit, the oldest go, but the newest of a publisher only after all that are not: a flood of events
+    must not cost the map.
 
-    def keep(self, key: tuple[int, Hashable], value: tuple[bytes, int, int]) -> None:
-        former = self._values.pop(key, None)
-        self._bytes += len(value[0]) - (0 if former is None else len(former[0]))
-        self._values[key] = value
-        while len(self._values) > MAX_LATCHED or self._bytes > MAX_LATCHED_BYTES:
-            oldest = next(iter(self._values))
-            self._bytes -= len(self._values.pop(oldest)[0])
+    Args:
+        max_bytes: Limit for the bytes of all messages, except where each publisher has only its newest left:
+            then it is `MAX_LATCHED_BYTES`.
+    """
 
-    def items(self) -> list[tuple[int, tuple[bytes, int, int]]]:
-        return [(number, value) for (number, _), value in self._values.items()]
+    def __init__(self, max_bytes: int) -> None:
+        self._max_bytes = max_bytes
+        self._newest: dict[_Publisher, tuple[int, _Message]] = {}
+        self._former: dict[int, tuple[_Publisher, _Message]] = {}
+        """Older messages by order of arrival, in the order in which newer ones took their places."""
+        self._orders: defaultdict[_Publisher, deque[int]] = defaultdict(deque)
+        """The keys of a publisher's messages in `_former`, oldest first."""
+        self._arrived = self._bytes = 0
+
+    def keep(self, publisher: _Publisher, message: _Message, depth: int) -> None:
+        """Add a message.
+
+        Args:
+            publisher: The number of its topic, and the publisher's key.
+            message: The message.
+            depth: Number of the publisher's messages to keep.
+        """
+        replaced = self._newest.pop(publisher, None)
+        if replaced is not None:
+            order, former = replaced
+            self._former[order] = (publisher, former)
+            orders = self._orders[publisher]
+            orders.append(order)
+            if len(orders) >= depth:
+                self._drop(orders[0])
+        self._arrived += 1
+        self._newest[publisher] = (self._arrived, message)
+        self._bytes += len(message[0])
+        while len(self._newest) + len(self._former) > MAX_LATCHED or self._bytes > (
+            self._max_bytes if self._former else MAX_LATCHED_BYTES
+        ):
+            if self._former:
+                self._drop(next(iter(self._former)))
+            else:
+                oldest = next(iter(self._newest))
+                self._bytes -= len(self._newest.pop(oldest)[1][0])
+
+    def _drop(self, order: int) -> None:
+        publisher, message = self._former.pop(order)
+        self._bytes -= len(message[0])
+        orders = self._orders[publisher]
+        orders.popleft()
+        if not orders:
+            del self._orders[publisher]
+
+    def items(self) -> list[tuple[int, _Message]]:
+        """Return the messages with the numbers of their topics, in order of arrival."""
+        found = [(order, key[0], message) for key, (order, message) in self._newest.items()]
+        found += [(order, key[0], message) for order, (key, message) in self._former.items()]
+        return [(number, message) for _, number, message in sorted(found, key=itemgetter(0))]
 
 
 @dataclass
 class _Topic:
     topic: BagTopic
-    is_latched: bool
+    latched_depth: int
+    """Messages of each publisher that a file repeats at its start; 0 if the topic is not latched."""
     channel: int
     """Its number in the file that is being written."""
 
@@ -133,7 +187,8 @@ class Writer:
         self._details: dict[str, Any] = {}
         self._topics: list[_Topic] = []
         self._numbers: dict[tuple[str, str, str], int] = {}
-        self._latched = _Latched()
+        # Half of a file: if messages that are repeated filled it, each message would start another one.
+        self._latched = _Latched(min(MAX_LATCHED_BYTES, max_bag_size // 2 or MAX_LATCHED_BYTES))
         self._closed: list[_ClosedFile] = []
         self.files = 0
         self.reordered = 0
@@ -183,8 +238,8 @@ class Writer:
         number = self._numbers.get(topic.key)
         if number is None:
             number = self._numbers[topic.key] = len(self._topics)
-            latched = any(each.durability is DurabilityPolicy.TRANSIENT_LOCAL for each in topic.qos_profiles)
-            self._topics.append(_Topic(topic, latched, self._file.add_topic(topic)))
+            depth = max(map(_latched_depth, topic.qos_profiles), default=0)
+            self._topics.append(_Topic(topic, depth, self._file.add_topic(topic)))
         return number
 
     def write(
@@ -206,7 +261,8 @@ class Writer:
             publish_time_ns: Time of publication, in nanoseconds since 1970.
             sequence: The publisher's number for the message.
             latched_key: Identifies the publisher, such as by its gid. On a TRANSIENT_LOCAL topic, each file
-                starts with the newest message of each key. None: do not repeat this message.
+                starts with the newest messages of each key: as many as the topic's greatest offered depth, or
+                `MAX_KEEP_ALL`. None: do not repeat this message.
 
         Raises:
             BagWriteError: A file could not be written. Close the bag then.
@@ -227,8 +283,9 @@ class Writer:
                 raise
             self._file_start_ns = log_time_ns
         topic = self._topics[number]
-        if latched_key is not None and topic.is_latched:
-            self._latched.keep((number, latched_key), (bytes(data), publish_time_ns, sequence))
+        if latched_key is not None and topic.latched_depth:
+            message = bytes(data), publish_time_ns, sequence
+            self._latched.keep((number, latched_key), message, topic.latched_depth)
         self._file.write(topic.channel, data, log_time_ns, publish_time_ns, sequence)
 
     def flush(self) -> None:
@@ -352,6 +409,14 @@ class Writer:
 
     def _write_metadata(self) -> None:
         write_metadata(self.path, self._metadata(self._closed))
+
+
+def _latched_depth(offered: QoSProfile) -> int:
+    """Return how many messages a publisher keeps for late joiners."""
+    if offered.durability is not DurabilityPolicy.TRANSIENT_LOCAL:
+        return 0
+    # Bags of ROS 2 state a depth of 0 where it was unknown.
+    return MAX_KEEP_ALL if offered.history is HistoryPolicy.KEEP_ALL else max(1, offered.depth)
 
 
 def check_file_limits(max_bag_size: int, max_bag_duration_sec: float, max_splits: int) -> None:

@@ -58,7 +58,7 @@ _BEHAVIOUR: Final = {
     "`bag record`": (
         "The node's name is `bag_recorder`. `--compression` is callboard's; `--compression-mode file` and "
         "`message` compress messages in chunks, too, so that all readers of MCAP can read them. Each file "
-        "starts with the newest latched messages. A named topic need not exist yet: its first message is "
+        "starts with the latched messages. A named topic need not exist yet: its first message is "
         "recorded. 10,000 messages of a topic may wait rather than 10. There is no `~/record`: the command "
         "ends with `~/stop`. The services have Kilted's types; in ROS 2's next version `~/resume`, "
         "`~/split_bagfile` and `~/stop` have more fields, and so other type hashes: its clients do not "

@@ -13,8 +13,8 @@ from mcap.stream_reader import StreamReader
 
 from actors.bags import BagExistsError, BagFullError, BagTopic, BagWriteError, Writer
 from actors.bags.contents.metadata import parse_metadata
-from actors.interfaces.std_msgs.msg import Int32
-from actors.qos.profile import DurabilityPolicy, QoSProfile
+from actors.interfaces.std_msgs.msg import Int32, String
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
 from tests.actors.bags.bags import CHATTER, START_NS, number, text
 
 if TYPE_CHECKING:
@@ -24,7 +24,12 @@ if TYPE_CHECKING:
 
     from actors.bags.contents.records import BagMetadata
 
-MAP = BagTopic.of_class("/map", Int32, [QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)])
+
+def latched(depth: int) -> QoSProfile:
+    return QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+MAP = BagTopic.of_class("/map", Int32, [latched(1)])
 
 
 def messages_of(path: Path) -> list[tuple[str, Message]]:
@@ -104,6 +109,67 @@ def test_split_repeats_the_newest_latched_value_of_each_publisher(tmp_path: Path
         ("/chatter", text("y"), 9),
     ]
     assert found[0][1].log_time == START_NS + 3
+
+
+@pytest.mark.parametrize(
+    ("offers", "first"),
+    [
+        ([latched(1), latched(3)], 17),
+        ([latched(1), QoSProfile(depth=10)], 19),
+        ([QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)], 0),
+    ],
+)
+def test_split_repeats_what_a_late_joiner_would_get(
+    tmp_path: Path, offers: list[QoSProfile], first: int
+) -> None:
+    """As many messages of each publisher as the greatest latched depth, in order of arrival."""
+    with Writer(tmp_path / "bag") as bag:
+        events = bag.add_topic(BagTopic.of_class("/events", Int32, offers))
+        for index in range(20):
+            for key in ("a", "b"):
+                bag.write(events, number(index), START_NS + index, START_NS, index, latched_key=key)
+        bag.split()
+        bag.split()
+    for name in ("bag_1.mcap", "bag_2.mcap"):
+        found = [message.sequence for _, message in messages_of(tmp_path / "bag" / name)]
+        assert found == [index for index in range(first, 20) for _ in range(2)]
+
+
+@pytest.mark.parametrize("limit", ["MAX_LATCHED", "MAX_LATCHED_BYTES"])
+def test_a_flood_of_latched_messages_leaves_the_newest_of_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str
+) -> None:
+    """At the limit, a publisher's older messages go before the only one of another."""
+    monkeypatch.setattr(f"actors.bags.writer.{limit}", 5 if limit == "MAX_LATCHED" else 5 * len(number(0)))
+    with Writer(tmp_path / "bag") as bag:
+        chart, events = bag.add_topic(MAP), bag.add_topic(BagTopic.of_class("/events", Int32, [latched(100)]))
+        bag.write(chart, number(0), START_NS, START_NS, latched_key="map")
+        for index in range(50):
+            bag.write(events, number(index), START_NS + index, START_NS, index, latched_key="events")
+        bag.split()
+        for index in range(6):
+            bag.write(chart, number(index), START_NS + 50, START_NS, index, latched_key=index)
+        bag.split()
+    found = [(topic, message.sequence) for topic, message in messages_of(tmp_path / "bag" / "bag_1.mcap")]
+    assert found[:5] == [("/map", 0), *(("/events", index) for index in (46, 47, 48, 49))]
+    found = [(topic, message.sequence) for topic, message in messages_of(tmp_path / "bag" / "bag_2.mcap")]
+    assert found == [("/map", index) for index in range(1, 6)]
+
+
+def test_repeated_messages_fill_half_of_a_file_at_most(tmp_path: Path) -> None:
+    """Otherwise each message would start another file; the newest message of a publisher may be larger."""
+    topic = BagTopic.of_class("/text", String, [latched(100)])
+    with Writer(tmp_path / "bag", max_bag_size=8000, chunk_size=1) as bag:
+        texts, chart = bag.add_topic(topic), bag.add_topic(BagTopic.of_class("/chart", String, [latched(1)]))
+        bag.write(chart, text("x" * 3000), START_NS, START_NS, latched_key="chart")
+        for index in range(30):
+            bag.write(texts, text("x" * 500), START_NS + index, START_NS, index, latched_key="a")
+    files = metadata_of(tmp_path / "bag").files
+    assert 2 < len(files) < 10
+    for file in files[1:]:
+        found = messages_of(tmp_path / "bag" / file.path)
+        assert [topic for topic, _ in found[:3]] == ["/chart", "/text", "/text"]
+        assert len(found) > 4
 
 
 def test_split_by_size_and_by_duration(tmp_path: Path) -> None:

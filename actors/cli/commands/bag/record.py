@@ -125,7 +125,7 @@ def _add_ignored(parser: Parser) -> None:
     )
     parser.add_argument(
         "--repeat-transient-local", nargs="+", metavar="TOPIC",
-        help=f"{IGNORED} each file begins with the newest latched messages of all topics",
+        help=f"{IGNORED} each file begins with the latched messages of all topics",
     )  # fmt: skip
     for name, what in {"queue-size": "queue", "threads": "threads", "threads-priority": "threads"}.items():
         parser.add_argument(
