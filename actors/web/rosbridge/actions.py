@@ -11,9 +11,7 @@ from actors.actions.names import ActionNames
 from actors.actions.server_callbacks import CancelResponse
 from actors.actions.states import GoalState
 from actors.errors import GoalRejected, InvalidGoalTransitionError, ServiceUnavailable
-from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Action, type_name
-from actors.interfaces.registry import find_interface
 from actors.web.calls import MATCH_SEC
 from actors.web.goals import CANCEL_SEC
 from actors.web.rosbridge.operations import OperationError
@@ -189,7 +187,8 @@ class ExecutedActions:
             CallboardError: The type is not known, the name is not valid, or there are too many.
         """
         name = full_name(request.action)
-        action_type = await self._type(name, full_type(request.type, "action"))
+        wanted = full_type(request.type, "action")
+        action_type: Any = await self._peer.type_to_serve(Action, name, wanted)
         old = self._actions.pop(name, None)
         if old is not None:
             old.server.destroy()
@@ -296,14 +295,3 @@ class ExecutedActions:
             if running.goal is goal:
                 self._peer.send("cancel_action_goal", id_, action=text)
         return CancelResponse.ACCEPT
-
-    async def _type(self, name: str, wanted: str) -> Any:
-        workspace = self._peer.workspace
-        snapshot = await workspace.observer.newest_around(name)
-        try:
-            return await workspace.types.action(snapshot, name, wanted)
-        except UnknownInterfaceError:
-            found = find_interface(wanted)
-        if not issubclass(found, Action):
-            raise UnknownInterfaceError(f"{wanted} is no action")
-        return found

@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.message import Action, Service
+from actors.interfaces.registry import find_interface
 from actors.web.calls import message_of
 from actors.web.probes import broker_answers
 from actors.web.rosbridge.frames import operation
@@ -66,6 +69,28 @@ class Peer:
         if refusal := handle.refusal:
             handle.destroy()
             raise OperationError(refusal)
+
+    async def type_to_serve(self, kind: type[Service | Action], name: str, wanted: str) -> type[Any]:
+        """Return the class of a service or an action that the client wants to serve.
+
+        Args:
+            kind: `Service` or `Action`.
+            name: The full name of the service or action, whose type the graph may know.
+            wanted: The full name of the type.
+
+        Raises:
+            UnknownInterfaceError: There is no such type, or it is of another kind.
+            CallboardError: There is no broker now.
+        """
+        types = self.workspace.types
+        snapshot = await self.workspace.observer.newest_around(name)
+        try:
+            return await (types.service if kind is Service else types.action)(snapshot, name, wanted)
+        except UnknownInterfaceError:
+            found = find_interface(wanted)
+        if not issubclass(found, kind):
+            raise UnknownInterfaceError(f"{wanted} is no {kind.__name__.lower()}")
+        return found
 
     def close(self) -> None:
         """Destroy the node, and everything that it has."""

@@ -9,9 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import ServiceUnavailable
-from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Service, type_name
-from actors.interfaces.registry import find_interface
 from actors.time.timeout import DEFAULT_TIMEOUT
 from actors.web.calls import MATCH_SEC
 from actors.web.rosbridge.operations import OperationError
@@ -149,7 +147,7 @@ class ServedServices:
             CallboardError: The type is not known, the name is not valid, or there are too many.
         """
         name, wanted = full_name(request.service), full_type(request.type, "srv")
-        srv_type = await self._type(name, wanted)
+        srv_type: Any = await self._peer.type_to_serve(Service, name, wanted)
         old = self._services.pop(name, None)
         if old is not None:
             old.server.destroy()
@@ -220,14 +218,3 @@ class ServedServices:
             return await future
         finally:
             del served.requests[id_]
-
-    async def _type(self, name: str, wanted: str) -> Any:
-        workspace = self._peer.workspace
-        snapshot = await workspace.observer.newest_around(name)
-        try:
-            return await workspace.types.service(snapshot, name, wanted)
-        except UnknownInterfaceError:
-            found = find_interface(wanted)
-        if not issubclass(found, Service):
-            raise UnknownInterfaceError(f"{wanted} is no service")
-        return found
