@@ -61,17 +61,14 @@ def as_png(frame: bytes) -> bytes:
     return operation("png", None, data=binascii.b2a_base64(file, newline=False).decode())
 
 
-def in_fragments(frame: bytes, size: int | None, id_: str) -> Iterator[bytes]:
-    """Return an operation, in fragments if it is larger than a client wants.
+def in_fragments(frame: bytes, size: int, id_: str) -> Iterator[bytes]:
+    """Return an operation that is larger than a client wants, in fragments.
 
     Args:
         frame: The operation in JSON.
-        size: The characters of each fragment's data; None for any number.
+        size: The characters of each fragment's data.
         id_: What its fragments, and those of no other operation, have as their id.
     """
-    if size is None or len(frame) <= size:
-        yield frame
-        return
     for number, total, part in divided(frame.decode(), size):
         yield operation("fragment", id_, data=part, num=number, total=total)
 

@@ -96,7 +96,7 @@ async def test_parts_of_an_operation(bridge: Bridge) -> None:
 async def test_large_messages_are_sent_in_fragments_to_those_who_ask(
     bridge: Bridge, meeting: Meeting
 ) -> None:
-    """Each message with an id of its own; responses, too."""
+    """Each message with an id of its own; responses, too. What is small enough is sent as it is."""
     node = await meeting.node("talker")
     publisher = node.create_publisher(String, "/chatter", latched(2))
     for text in ("a", "b"):
@@ -114,6 +114,8 @@ async def test_large_messages_are_sent_in_fragments_to_those_who_ask(
         whole.append(json.loads("".join(each["data"] for each in parts)))
     assert [each["msg"]["data"][0] for each in whole] == ["a", "b"]
     assert len(ids) == 2
+    await client.send("call_service", id="w", service="/rosapi/get_ros_version", fragment_size=1000)
+    assert (await client.next())["id"] == "w"
     await client.send("call_service", id="x", service="/rosapi/topics", fragment_size=50)
     assert (await client.next())["op"] == "fragment"
 
