@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING
 
@@ -148,14 +149,29 @@ async def test_a_client_that_reads_no_replies_is_disconnected(
 
 
 async def test_a_flood_of_errors_is_not_queued(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A client that does not read is not read, either."""
+    """A client that does not read is not read, either: it fills the kernel's buffers; others are served."""
     monkeypatch.setattr(outbox, "PAUSE_REPLY_BYTES", 10_000)
     guilty, other = await bridge.connect(), await bridge.connect()
-    for number in range(2000):
-        await guilty.send("unadvertise", id=number, topic="/a" * 100)
-    await other.settled()
-    for number in range(2000):
-        assert (await guilty.next())["id"] == number
+    guilty.socket.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+    filler, sent = "x" * 900, 0
+
+    async def flood() -> None:
+        nonlocal sent
+        for number in range(20_000):
+            await guilty.send("unadvertise", id=f"{number} {filler}", topic="/a")
+            sent += 1
+
+    task = asyncio.get_running_loop().create_task(flood())
+    before = -1
+    while before < sent:  # until nothing is read of it while the other one gets 20 answers
+        before = sent
+        for _ in range(20):
+            await other.settled()
+    assert not task.done()
+    task.cancel()
+    await asyncio.wait([task])
+    for number in range(sent):  # it is read again, and nothing was dropped
+        assert (await guilty.next())["id"] == f"{number} {filler}"
 
 
 async def test_a_flood_of_messages_leaves_others_their_turn(bridge: Bridge, meeting: Meeting) -> None:
