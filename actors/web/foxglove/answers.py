@@ -11,13 +11,13 @@ MAX_STATUSES: Final = 100
 """Texts that wait for a client; further ones are counted."""
 
 MAX_STATUS_CHARACTERS: Final = 500
-"""Of one such text, which may quote a client."""
+"""The longest text that a client gets; a longer one is cut, as it may quote a client."""
 
 MAX_ANSWERS: Final = 100
 """Answers that wait for a client before nothing more is read from it."""
 
 MAX_ANSWER_BYTES: Final = 1 << 20
-"""The same in bytes."""
+"""Bytes of answers that wait for a client before nothing more is read from it."""
 
 
 class Frame(NamedTuple):

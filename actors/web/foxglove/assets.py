@@ -12,7 +12,7 @@ from proto.errors import CallboardError
 from proto.untrusted_text import escape
 
 MAX_ASSET_BYTES: Final = 32 * 1024 * 1024
-"""Of a file; meshes have a few MiB."""
+"""The largest file that is sent; meshes have a few MiB."""
 
 SCHEME: Final = "package"
 

@@ -37,7 +37,7 @@ ITEMS_PER_FRAME: Final = 100
 """Channels, services and parameters in one text: their definitions have some KiB each."""
 
 MAX_SUBSCRIPTIONS: Final = 2000
-"""Of one client."""
+"""Channels that one client subscribes to."""
 
 MAX_CLIENT_CHANNELS: Final = 256
 """Channels on which one client publishes."""
