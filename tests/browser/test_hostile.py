@@ -16,6 +16,7 @@ from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from tests.browser.conftest import OVERFLOW
+from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from contextlib import AsyncExitStack
@@ -139,7 +140,9 @@ async def test_messages_and_the_log_are_only_text(empty_site: Site, stack: Async
     node = await stack.enter_async_context(Evil(empty_site.system.url))
     node.log()
     half = await empty_site.system.python("-c", HALF_A_PAIR)
-    await half.wait_for_line("half a pair")  # the page waits for less time than a process may need to start
+    # The page waits for less time than a process may need to start.
+    await half.wait_for_line("half a pair")
+    assert await node.wait_for_node("/half", DEADLINE_SEC), half.output
     page = await empty_site.open("topic", "/text")
     await page.locator(".tree").get_by_text(MARK).wait_for()
     await assert_harmless(page)

@@ -37,11 +37,14 @@ def _forked(monkeypatch: pytest.MonkeyPatch) -> None:
 async def test_nodes_of_one_process_and_messages_at_a_pace_are_measured() -> None:
     """W11 and W12: both roles of a process are counted once."""
     contender = callboard()
-    results = Results(
-        machine={}, date="", command="", seconds=0.1, repetitions=1, entrants=[Entrant.of(contender)]
-    )
     workloads = [each for each in WORKLOADS if each.id in {"W11", "W12"}]
-    await run(plan(workloads, [contender], 1), results, lambda progress: None)
+    for seconds in (0.1, 1.0, 10.0):  # a busy machine needs longer for messages enough
+        results = Results(
+            machine={}, date="", command="", seconds=seconds, repetitions=1, entrants=[Entrant.of(contender)]
+        )
+        await run(plan(workloads, [contender], 1), results, lambda progress: None)
+        if not results.failures:
+            break
     assert results.failures == []
     measured = {f"{each.workload} {each.case}": each.figures for each in results.samples}
     assert {"rate", "mb_s", "cpu_us.stream_together"} <= measured["W11 1 MiB"].keys()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.integration.conftest import ROOT
+from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.guides import Environment, builds_packages
 from tests.integration.processes import pids_in, wait_until_dead
 
@@ -128,6 +128,7 @@ if __name__ == "__main__":
 
 @pytest.mark.long
 @builds_packages
+@pytest.mark.timeout(6 * DEADLINE_SEC)
 async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path) -> None:
     """With packaging/callboard-ros: the course's package and its launch file, child processes, and pytest."""
     environment = Environment(tmp_path / "environment")
@@ -141,7 +142,8 @@ async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path
 
     for folder in (hook, package):
         installed = await run("pip", "install", str(folder))
-        assert await installed.wait_for_exit() == 0, installed.output
+        # An installer starts several programs, one after the other.
+        assert await installed.wait_for_exit(3 * DEADLINE_SEC) == 0, installed.output
     await system.broker()
     names = ("minimal_publisher", "minimal_subscriber", "publishing_subscriber", "add_two_ints_server")
     programs = {name: await run("callboard", "run", "course_package", name) for name in names}

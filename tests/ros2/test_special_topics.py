@@ -78,9 +78,11 @@ async def test_time_of_ros_is_time_here(pair: Pair) -> None:
     await publisher.matched()
     message = Clock()
     message.clock.sec = 1234
-    await publisher.publish(message)
-    await until(lambda: received)
-    assert received == [message]
+    async with asyncio.timeout(WAIT_SEC):
+        while not received:  # the source of another test may have the time for a moment
+            await publisher.publish(message)
+            await asyncio.sleep(POLL_SEC)
+    assert received[0] == message
 
 
 async def test_a_second_clock_of_ros_does_not_cross(pair: Pair) -> None:
