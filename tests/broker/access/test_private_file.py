@@ -23,6 +23,7 @@ def test_written_files_are_private(tmp_path: Path) -> None:
     file = tmp_path / "folder" / "f"
     write_private(file, "text")
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert stat.S_IMODE(file.parent.stat().st_mode) == 0o700
     file.chmod(0o640)
     write_private(file, "text", keep_mode=True)
     assert stat.S_IMODE(file.stat().st_mode) == 0o640
