@@ -143,7 +143,7 @@ class TopApp(App[None]):
 
     def _show(self) -> None:
         """Show the newest overview."""
-        if self._seen is None:
+        if self._seen is None or not self.query("#totals"):  # a sample may come after the widgets are gone
             return
         self._show_totals(self._seen)
         shown = self._seen if self._hidden else self._seen.without_hidden()

@@ -372,6 +372,16 @@ async def test_no_broker_at_first() -> None:
         assert len(here.names()) == 4
 
 
+async def test_a_sample_that_comes_after_the_end() -> None:
+    """Whether there is a broker or not, nothing is shown any more, and nothing fails."""
+    source = FakeSource()
+    app = TopApp(source, interval_s=NEVER, echo_interval_s=NEVER)
+    async with app.run_test() as pilot:
+        await pilot.pause()
+    for source.shown in (at_second(1), None):
+        assert await app.sample_now() == (source.shown is not None)
+
+
 async def test_more_rows_than_anybody_reads_are_cut() -> None:
     """The filter still finds each of them; the tab says how many there are."""
     crowd = snapshot(*(entry(EntryKind.PUBLISHER, "/a", f"/t{number}") for number in range(SHOWN_ROWS + 50)))
