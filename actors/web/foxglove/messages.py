@@ -1,8 +1,8 @@
 """The messages of Foxglove's WebSocket protocol. Pure.
 
 The specification is https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md; what foxglove-sdk calls
-`foxglove.sdk.v1` differs in its name only. A text is a JSON object whose `op` says what it is; bytes begin
-with a byte that does, and their integers are little-endian.
+`foxglove.sdk.v1` differs in its name only. A text frame is a JSON object with its kind in `op`. A
+binary frame begins with its kind in one byte; its integers are little-endian.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Item(msgspec.Struct, frozen=True, rename="camel"):
 
 
 class ClientText(msgspec.Struct, frozen=True, rename="camel", tag_field="op"):
-    """A text that a client sends."""
+    """A text frame from a client."""
 
 
 class Subscription(Item, frozen=True):

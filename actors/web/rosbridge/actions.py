@@ -181,7 +181,7 @@ class ExecutedActions:
         self._numbers = count(1)
 
     async def advertise(self, request: AdvertiseAction) -> None:
-        """Execute the goals of an action, or execute them anew.
+        """Execute the goals of an action, or replace the server that does.
 
         Raises:
             CallboardError: The type is not known, the name is not valid, or there are too many.

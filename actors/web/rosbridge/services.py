@@ -141,7 +141,7 @@ class ServedServices:
         self._numbers = count(1)
 
     async def advertise(self, request: AdvertiseService) -> None:
-        """Serve a service, or serve it anew.
+        """Serve a service, or replace its server.
 
         Raises:
             CallboardError: The type is not known, the name is not valid, or there are too many.
